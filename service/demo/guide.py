@@ -78,11 +78,11 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
     """
     while not stop.wait(LOOK):
         with reading(sessions)() as session:
-            found = job_requests.job(session, job)
-        if found.state == "failed" or found.refusal:
-            raise RuntimeError(f"the demonstration's own {found.kind} failed: {found.refusal or found.error}")
-        if found.state == "done":
-            return found.result or {}
+            row = job_requests.job(session, job)
+        if row.state == "failed" or row.refusal:
+            raise RuntimeError(f"the demonstration's own {row.kind} failed: {row.refusal or row.error}")
+        if row.state == "done":
+            return row.result or {}
     return None
 
 

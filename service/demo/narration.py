@@ -88,10 +88,10 @@ def narrate_past(count: int, sessions: sessionmaker[Session], stop: Signal, cons
         fetching, analysing = (bar.add_task(name, total=count) for name in ("fetching records", "analysing events"))
         while not stop.wait(LOOK):
             with sessions() as session:
-                found = counts(session)
-            bar.update(fetching, completed=found.fetched)
-            bar.update(analysing, completed=found.settled)
-            if found.settled >= count:
+                progress = counts(session)
+            bar.update(fetching, completed=progress.fetched)
+            bar.update(analysing, completed=progress.settled)
+            if progress.settled >= count:
                 return
 
 

@@ -63,8 +63,8 @@ def temperature(moment: datetime) -> float:
 
 def peaks(count: int, rng: np.random.Generator) -> Vector:
     """(count,) m/s² in random order, except that one of the strongest does the damage."""
-    found = rng.permutation(np.geomspace(WEAK, STRONG, count))
+    peaks = rng.permutation(np.geomspace(WEAK, STRONG, count))
     if count >= LAST_HEALTHY:
-        strongest = int(found.argmax())
-        found[[strongest, LAST_HEALTHY - 1]] = found[[LAST_HEALTHY - 1, strongest]]
-    return np.asarray(found)
+        strongest = int(peaks.argmax())
+        peaks[[strongest, LAST_HEALTHY - 1]] = peaks[[LAST_HEALTHY - 1, strongest]]
+    return np.asarray(peaks)

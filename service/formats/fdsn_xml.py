@@ -29,7 +29,7 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
         raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
         raise FormatError(f"{name} is no readable StationXML: {error}; fetch it again") from error
-    found: dict[str, Gain] = {}
+    known: dict[str, Gain] = {}
     remarks: dict[str, str] = {}
     for channel_id, channel in _channels(inventory):
         try:
@@ -37,12 +37,12 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
         except FormatError as error:
             remarks[channel_id] = f"{channel_id}: {error}"
             continue
-        if found.setdefault(channel_id, gain) != gain:
+        if known.setdefault(channel_id, gain) != gain:
             remarks[channel_id] = (
                 f"{channel_id}: epochs of different sensitivity; use a file with the epoch of these records alone, or "
                 f"give gain and unit in the building file"
             )
-    kept = {channel_id: gain for channel_id, gain in found.items() if channel_id not in remarks}
+    kept = {channel_id: gain for channel_id, gain in known.items() if channel_id not in remarks}
     if not kept:
         raise FormatError(f"{name} gives no channel a usable unit: {'; '.join(remarks.values()) or 'it has none'}")
     return Contents("station", gains=kept, remarks=tuple(remarks.values()))
@@ -78,8 +78,8 @@ def origins(data: bytes) -> tuple[Origin, ...]:
         FormatError: ObsPy cannot read it.
     """
     try:
-        found = obspy.read_events(BytesIO(data), format="QUAKEML")
-        origins = [Origin(str(event.resource_id), _origin_time(event)) for event in found if event.origins]
+        catalog = obspy.read_events(BytesIO(data), format="QUAKEML")
+        origins = [Origin(str(event.resource_id), _origin_time(event)) for event in catalog if event.origins]
     except MemoryError:
         raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over

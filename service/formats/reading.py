@@ -111,29 +111,29 @@ def _read_zip(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     A member of no known format is skipped with a remark, as archives carry spectra and notes beside their records.
     """
     stations = ((member, content) for member, content in _members(name, data) if is_stationxml(content))
-    found = [_read_named(f"{name}/{member}", content, gains) for member, content in stations]
-    known = {**{channel: gain for contents in found for channel, gain in contents.gains.items()}, **gains}
+    parts = [_read_named(f"{name}/{member}", content, gains) for member, content in stations]
+    known = {**{channel: gain for contents in parts for channel, gain in contents.gains.items()}, **gains}
     remarks: list[str] = []
     for member, content in _members(name, data):
         if is_stationxml(content):
             continue
         try:
-            found.append(_read_named(f"{name}/{member}", content, known))
+            parts.append(_read_named(f"{name}/{member}", content, known))
         except UnknownFormatError as error:
             remarks.append(str(error))
-    if not found:
+    if not parts:
         raise FormatError(f"{name} holds no file of a known format; {'; '.join(remarks[:3]) or 'it is empty'}")
-    return _together(found, tuple(remarks))
+    return _together(parts, tuple(remarks))
 
 
-def _together(found: list[Contents], remarks: tuple[str, ...]) -> Contents:
-    traces = tuple(trace for contents in found for trace in contents.traces)
+def _together(parts: list[Contents], remarks: tuple[str, ...]) -> Contents:
+    traces = tuple(trace for contents in parts for trace in contents.traces)
     return Contents(
         kind="waveforms" if traces else "station",
         traces=traces,
-        gains={channel: gain for contents in found for channel, gain in contents.gains.items()},
-        without_unit=tuple(channel for contents in found for channel in contents.without_unit),
-        remarks=tuple(remark for contents in found for remark in contents.remarks) + remarks,
+        gains={channel: gain for contents in parts for channel, gain in contents.gains.items()},
+        without_unit=tuple(channel for contents in parts for channel in contents.without_unit),
+        remarks=tuple(remark for contents in parts for remark in contents.remarks) + remarks,
     )
 
 

@@ -85,8 +85,8 @@ def _wanted(detail: ErrorDetails, document: type[BaseModel]) -> str:
     if detail["type"] == "missing":
         return f"is missing{meaning}"
     wanted = detail["msg"].removeprefix("Value error, ")
-    found = detail["input"]
-    got = "a table" if isinstance(found, dict) else repr(found)  # a table may hold a secret
+    value = detail["input"]
+    got = "a table" if isinstance(value, dict) else repr(value)  # a table may hold a secret
     return f"{wanted[:1].lower()}{wanted[1:]}, got {got}{meaning}"
 
 

@@ -141,10 +141,10 @@ def of_building(traces: Iterable[Trace], channels: Sequence[Channel]) -> tuple[T
         FormatError: none is the building's, or one has another quantity, an impossible rate or impossible values.
     """
     known = {channel.id: channel for channel in channels}
-    found = tuple(traces)
-    kept = tuple(trace for trace in found if trace.channel in known)
-    if found and not kept:
-        strangers = ", ".join(dict.fromkeys(trace.channel for trace in found))
+    every = tuple(traces)
+    kept = tuple(trace for trace in every if trace.channel in known)
+    if every and not kept:
+        strangers = ", ".join(dict.fromkeys(trace.channel for trace in every))
         raise FormatError(f"no channel of this building: found {strangers}; the building has {', '.join(known)}")
     for trace in kept:
         _check(trace, known[trace.channel])

@@ -79,6 +79,6 @@ def unit_gain(unit: str) -> Gain:
     """
     known = UNITS.get(canonical(unit))
     if known is None:
-        found = f"unit {unit!r} is not known" if unit.strip() else "the unit is missing"
-        raise FormatError(f"{found}; use one of {', '.join(UNITS)}")
+        problem = f"unit {unit!r} is not known" if unit.strip() else "the unit is missing"
+        raise FormatError(f"{problem}; use one of {', '.join(UNITS)}")
     return known

@@ -30,7 +30,7 @@ def records(name: str, data: bytes, end: re.Pattern[str]) -> list[list[str]]:
     Raises:
         FormatError: no line ends a record, something follows the last that does, or a line is far too long.
     """
-    found: list[list[str]] = []
+    blocks: list[list[str]] = []
     lines: list[str] = []
     for number, line in enumerate(text_lines(name, data.decode("ascii", errors="replace")), start=1):
         if len(line) > LONGEST_LINE:
@@ -39,13 +39,13 @@ def records(name: str, data: bytes, end: re.Pattern[str]) -> list[list[str]]:
                 f"this format have 80"
             )
         if end.match(line):
-            found.append(lines)
+            blocks.append(lines)
             lines = []
         else:
             lines.append(line)
-    if not found or any(line.strip("\x1a ") for line in lines):  # Ctrl-Z ended files of older systems
+    if not blocks or any(line.strip("\x1a ") for line in lines):  # Ctrl-Z ended files of older systems
         raise FormatError(f"{name} is truncated: no line says 'End of data' below its last numbers; fetch it again")
-    return found
+    return blocks
 
 
 def text_lines(name: str, text: str) -> list[str]:
@@ -65,8 +65,8 @@ def text_lines(name: str, text: str) -> list[str]:
 def first_match(name: str, lines: Sequence[str], pattern: re.Pattern[str], label: str) -> tuple[int, re.Match[str]]:
     """Position of the first line with a required part of the header, and the match."""
     for at, line in enumerate(lines[:HEADER_LINES]):
-        if found := pattern.search(line):
-            return at, found
+        if match := pattern.search(line):
+            return at, match
     raise FormatError(f"the header of {name} has no {label!r}; which a volume 2 file needs")
 
 
@@ -109,6 +109,6 @@ def check_peak(what: str, numbers: Vector, printed: float | None, digit: float =
         printed: the peak that the header prints, of either sign; None where it prints none.
         digit: the coarser of the last digits of the peak and of the series.
     """
-    found = float(np.abs(numbers).max()) if numbers.size else 0.0
-    if printed is not None and not abs(found - abs(printed)) <= digit:
-        raise FormatError(f"{what} is damaged: its peak is {found:.3f}, its header prints {abs(printed):.3f}")
+    peak = float(np.abs(numbers).max()) if numbers.size else 0.0
+    if printed is not None and not abs(peak - abs(printed)) <= digit:
+        raise FormatError(f"{what} is damaged: its peak is {peak:.3f}, its header prints {abs(printed):.3f}")

@@ -62,10 +62,10 @@ def read_knet(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     """The record of a K-NET or KiK-net ASCII file, whose header states the unit and the length."""
     traces = []
     for trace in _stream(name, data, "KNET"):
-        wanted, found = round(trace.stats.knet.duration * trace.stats.sampling_rate), trace.stats.npts
-        if found != wanted:
+        stated, count = round(trace.stats.knet.duration * trace.stats.sampling_rate), trace.stats.npts
+        if count != stated:
             raise FormatError(
-                f"{name} is truncated or damaged: its header promises {wanted} samples, {found} follow; fetch it again"
+                f"{name} is truncated or damaged: its header promises {stated} samples, {count} follow; fetch it again"
             )
         trace.data = trace.data.astype(np.int32)  # counts, which ObsPy hands over as floats
         traces.append(_trace(trace, Gain(trace.stats.calib, "acceleration")))
@@ -148,15 +148,15 @@ def covered(data: bytes) -> tuple[Piece, ...]:
     Raises:
         FormatError: ObsPy cannot read it.
     """
-    found = []
+    pieces = []
     try:
         for trace in obspy.read(BytesIO(data), headonly=True):
             half = trace.stats.delta / 2
             start, end = ((trace.stats.starttime - half).datetime, (trace.stats.endtime + half).datetime)
             interval = timedelta(seconds=trace.stats.delta)
-            found.append(Piece(trace.id, start.replace(tzinfo=UTC), end.replace(tzinfo=UTC), interval))
+            pieces.append(Piece(trace.id, start.replace(tzinfo=UTC), end.replace(tzinfo=UTC), interval))
     except MemoryError:
         raise
     except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
         raise FormatError(f"the waveforms cannot be read: {error}") from error
-    return tuple(found)
+    return tuple(pieces)

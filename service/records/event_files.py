@@ -53,15 +53,15 @@ def _beside(paths: Iterable[Path], building: BuildingFile) -> dict[Path, bytes]:
     folders = {path.resolve().parent for path in paths}
     if building.source is not None and building.source.kind == "folder":
         folders.add(Path(building.source.location))
-    found = (path for folder in sorted(folders) for path in sorted(folder.glob("*.xml")))
-    return {path: data for path in found if is_stationxml(data := path.read_bytes())}
+    stations = (path for folder in sorted(folders) for path in sorted(folder.glob("*.xml")))
+    return {path: data for path in stations if is_stationxml(data := path.read_bytes())}
 
 
 def _gains(stations: Mapping[Path, bytes]) -> dict[str, Gain]:
-    found: dict[str, Gain] = {}
+    gains: dict[str, Gain] = {}
     for path, data in stations.items():
-        found |= read(path.name, data, {}).gains
-    return found
+        gains |= read(path.name, data, {}).gains
+    return gains
 
 
 def _traces(path: Path, data: bytes, gains: Mapping[str, Gain], building: BuildingFile) -> tuple[Trace, ...]:

@@ -101,7 +101,7 @@ def at(
 
     An event that would become longer than `longest` stays as it is.
     """
-    found = list(
+    ready = list(
         session.scalars(
             select(Event)
             .where(Event.building_id == building.id, Event.start <= end, Event.end >= start)
@@ -109,7 +109,7 @@ def at(
         )
     )
     joined: list[Event] = []
-    for one in found:
+    for one in ready:
         first, last = min(start, one.start), max(end, one.end)
         if last - first <= longest and (not joined or not _ever_queued(session, one)):
             joined.append(one)

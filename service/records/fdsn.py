@@ -154,15 +154,15 @@ class Chooser:
             The deadline has passed.
         """
         lists = (wanted.network, wanted.station, wanted.location, wanted.channel)
-        found = self._found.get((channel, *lists))
-        if found is None:
+        is_inside = self._found.get((channel, *lists))
+        if is_inside is None:
             self.check_time()
             names = ("network", "station", "location", "channel")
-            found = self._found[channel, *lists] = all(
+            is_inside = self._found[channel, *lists] = all(
                 any(is_match(code, pattern) for pattern in codes(name, patterns))
                 for name, code, patterns in zip(names, channel.split("."), lists, strict=True)
             )
-        return found
+        return is_inside
 
     def check_time(self) -> None:
         """Continue if there is time left.
@@ -185,7 +185,7 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
         There are more than `most`.
     """
     chooser = Chooser()
-    found, count = [], 0
+    parts, count = [], 0
     stored = _pieces(session, selections)
     for wanted in selections:
         chooser.check_time()
@@ -195,9 +195,9 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
             raise TooMuchError(
                 f"{count} samples match, and {most} are returned at once; ask for fewer channels or less time"
             )
-        found.append((wanted, pieces))
+        parts.append((wanted, pieces))
     stream = Stream()
-    for wanted, chosen in found:
+    for wanted, chosen in parts:
         for piece in queries.samples(session, [piece.row.id for piece in chosen]):
             chooser.check_time()
             trace = Trace(decode(piece.samples), _header(piece.channel, piece.start, piece.rate))

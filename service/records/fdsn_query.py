@@ -77,12 +77,12 @@ class Selection:
 @lru_cache(maxsize=4 * MOST_LINES)
 def codes(name: str, text: str) -> tuple[str, ...]:
     """The codes of a list, each at most 8 letters, digits, hyphens and wildcards; `--` is an empty one."""
-    found = tuple(dict.fromkeys(one.strip() for one in text.split(",", MOST_CODES + 1)))
+    given = tuple(dict.fromkeys(one.strip() for one in text.split(",", MOST_CODES + 1)))
     if text.count(",") >= MOST_CODES:
         raise TooMuchError(f"{name} lists more than {MOST_CODES} codes; use wildcards or several requests")
-    if wrong := next((one for one in found if not CODE.fullmatch(one)), None):
+    if wrong := next((one for one in given if not CODE.fullmatch(one)), None):
         raise QueryError(f"{name} {wrong[:20]!r} is no code: use up to 8 letters, digits, hyphens, ? and *")
-    return tuple("" if one == "--" else one for one in found)
+    return tuple("" if one == "--" else one for one in given)
 
 
 @lru_cache(maxsize=2**16)
@@ -97,12 +97,12 @@ def is_match(code: str, pattern: str) -> bool:
 
 def _spread(reached: set[int], pattern: str) -> set[int]:
     """Positions in the pattern that are reached past stars, without a further character."""
-    found = set(reached)
+    places = set(reached)
     for i in sorted(reached):
         while i < len(pattern) and pattern[i] == "*":
             i += 1
-            found.add(i)
-    return found
+            places.add(i)
+    return places
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,12 +153,12 @@ def degrees(named: Mapping[str, str], name: str) -> float:
     """A latitude or a longitude."""
     most = 90.0 if name.endswith("latitude") else 180.0
     try:
-        found = float(named[name])
+        angle = float(named[name])
     except ValueError as error:
         raise QueryError(f"{name} must be a number of degrees, got {named[name]}") from error
-    if not -most <= found <= most:
+    if not -most <= angle <= most:
         raise QueryError(f"{name} must lie between -{most:.0f} and {most:.0f} degrees, got {named[name]}")
-    return found
+    return angle
 
 
 def posted(body: str) -> tuple[dict[str, str], list[Selection]]:

@@ -131,16 +131,16 @@ def _usable(
 def reading_failed(recording: Recording, error: Exception, *, settings: Settings) -> None:
     """Note a failed attempt at a recording: it is tried again at the next poll, and rejected after the last attempt."""
     is_too_much = isinstance(error, ParserDiedError)
-    found = str(error) if is_too_much else f"reading it failed ({type(error).__name__}: {error})"
+    problem = str(error) if is_too_much else f"reading it failed ({type(error).__name__}: {error})"
     if recording.failures < settings.jobs.attempts:
-        recording.reason = f"{storable(found)}; it is tried again at the next poll"
+        recording.reason = f"{storable(problem)}; it is tried again at the next poll"
         return
-    _give_up(recording, storable(found))
+    _give_up(recording, storable(problem))
 
 
-def _give_up(recording: Recording, found: str) -> None:
+def _give_up(recording: Recording, problem: str) -> None:
     wanted = "`menshin building update`, or another version of menshin, reads it again"
-    recording.state, recording.reason = "refused", f"{found}, {recording.failures} times; {wanted}"
+    recording.state, recording.reason = "refused", f"{problem}, {recording.failures} times; {wanted}"
 
 
 def failed_before(session: Session, building: Building) -> bool:
@@ -198,10 +198,10 @@ def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Se
 
 def _refusal(name: str, error: FormatError, described: BuildingFile) -> str:
     """The file, and why it cannot be used; channels of another building are reported before a missing unit."""
-    known, found = [channel.id for channel in described.description.channels], str(error)
+    known, problem = [channel.id for channel in described.description.channels], str(error)
     if isinstance(error, UnknownUnitError) and not set(error.channels) & set(known):
-        found = f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
-    return found if name in found else f"{name}: {found}"
+        problem = f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
+    return problem if name in problem else f"{name}: {problem}"
 
 
 def _omitted(contents: Contents, described: BuildingFile) -> str | None:

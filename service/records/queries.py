@@ -41,10 +41,10 @@ def event(session: Session, identity: int) -> Event:
         NotFoundError: there is no event of that number.
     """
     query = select(Event).options(joinedload(Event.building), selectinload(Event.waveforms))
-    found = session.scalars(query.where(Event.id == identity)).one_or_none()
-    if found is None:
+    row = session.scalars(query.where(Event.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("event", identity)
-    return found
+    return row
 
 
 def event_with_analysis(session: Session, identity: int) -> Line:
@@ -53,10 +53,10 @@ def event_with_analysis(session: Session, identity: int) -> Line:
     Raises:
         NotFoundError: there is no event of that number.
     """
-    found = session.execute(_events().where(Event.id == identity)).one_or_none()
-    if found is None:
+    row = session.execute(_events().where(Event.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("event", identity)
-    return found
+    return row
 
 
 def neighbours(session: Session, event: Event) -> tuple[Event | None, Event | None]:
@@ -84,14 +84,14 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
     Raises:
         NotFoundError: there is no such event, or it has no such channel.
     """
-    found = session.scalars(select(Event).options(joinedload(Event.building)).where(Event.id == event_id)).one_or_none()
-    if found is None:
+    row = session.scalars(select(Event).options(joinedload(Event.building)).where(Event.id == event_id)).one_or_none()
+    if row is None:
         raise NotFoundError("event", event_id)
     query = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.event_id == event_id)
     pieces = session.scalars(query.where(Waveform.channel == name).order_by(Waveform.start)).all()
     if not pieces:
         raise NotFoundError(f"channel in event {event_id}", name)
-    return found, pieces
+    return row, pieces
 
 
 def stored_channels(session: Session) -> Mapping[Building, Sequence[str]]:

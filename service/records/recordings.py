@@ -108,10 +108,10 @@ def gains(session: Session, building: Building, limits: Limits) -> Mapping[str, 
         .where(Recording.building_id == building.id, Recording.kind == "station", Recording.state == "read")
         .order_by(Recording.id)
     )
-    found: dict[str, Gain] = {}
+    gains: dict[str, Gain] = {}
     for digest in session.scalars(stations):
-        found.update(_station_gains(session, str(digest), limits))
-    return {**found, **building_store.described(session, building).gains}
+        gains.update(_station_gains(session, str(digest), limits))
+    return {**gains, **building_store.described(session, building).gains}
 
 
 def _station_gains(session: Session, digest: str, limits: Limits) -> Mapping[str, Gain]:

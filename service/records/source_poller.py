@@ -111,8 +111,8 @@ class SourcePoller:
         manners: Manners,
     ) -> None:
         memory = Fetched(self.sessions, building.id)
-        with opened(described, source, self.settings, memory, manners, server.note) as found:
-            for step in found.steps(cursor, self.clock()):
+        with opened(described, source, self.settings, memory, manners, server.note) as source_of_files:
+            for step in source_of_files.steps(cursor, self.clock()):
                 self._take(building, step)
                 if self.stopped() or manners.is_over:
                     return

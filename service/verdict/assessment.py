@@ -110,8 +110,8 @@ class Assessment:
 
     def of_outcome(self, outcome: Outcome) -> tuple[Check, ...]:
         """Checks with that outcome, the gravest first."""
-        found = [check for check in self.checks if check.outcome is outcome]
-        return tuple(sorted(found, key=lambda check: -check.level.rank))
+        checks = [check for check in self.checks if check.outcome is outcome]
+        return tuple(sorted(checks, key=lambda check: -check.level.rank))
 
 
 def assess(facts: Facts) -> Assessment:

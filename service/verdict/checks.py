@@ -183,11 +183,11 @@ def _against(measured: Measured, limits: Limits) -> tuple[dict[Level, float], di
 
 
 def _level(measured: Measured, exceeded: Iterable[Level], unclear: Iterable[Level]) -> Level:
-    found, open_ = set(exceeded), set(unclear)
+    levels, open_ = set(exceeded), set(unclear)
     if open_:
         is_known = not measured.doubt and measured.uncertainty is not None and isfinite(measured.uncertainty)
-        found.add(Level.INSPECT if Level.ACT in open_ and is_known else Level.UNDECIDED)
-    return gravest(found or {Level.NORMAL})
+        levels.add(Level.INSPECT if Level.ACT in open_ and is_known else Level.UNDECIDED)
+    return gravest(levels or {Level.NORMAL})
 
 
 def _doubt(measured: Measured) -> str:

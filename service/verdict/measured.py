@@ -30,7 +30,7 @@ NOT_COMPARED = Lacking(
 
 def of_analysis(event: "EventAnalysis", description: BuildingDescription) -> Assessment:
     """The assessment of files: without earlier earthquakes or alerts, so that what needs them is undecided."""
-    moved = {name: found.motion for name, found in event.directions.items() if found.motion is not None}
+    moved = {name: direction.motion for name, direction in event.directions.items() if direction.motion is not None}
     left: dict[str, tuple[float, float | None]] = {
         name: (motion.residual.value, motion.residual.std)
         for name, motion in moved.items()

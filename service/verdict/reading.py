@@ -119,10 +119,10 @@ def _of_building(row: Line, facts: StoredFacts) -> Assessment:
 
 def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
     """Alerts that have ended, and whose evidence includes the earthquake, or that were open when it happened."""
-    found = [(one, _alert(one, one.state, event)) for one in history.ended(session, event.building_id)]
+    ended = [(one, _alert(one, one.state, event)) for one in history.ended(session, event.building_id)]
     return tuple(
         alert
-        for one, alert in found
+        for one, alert in ended
         if alert.rests_here
         or (one.began_at <= event.start and one.closed_at is not None and one.closed_at > event.start)
     )
@@ -209,22 +209,22 @@ def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
 
 
 def _problems(analysis: Analysis) -> tuple[str, ...]:
-    found = [one for one in analysis.quality if one["severity"] != "note"]
-    return tuple(" ".join(filter(None, (one.get("channel"), one["message"]))) for one in found)
+    findings = [one for one in analysis.quality if one["severity"] != "note"]
+    return tuple(" ".join(filter(None, (one.get("channel"), one["message"]))) for one in findings)
 
 
-def _alert(found: Alert, state: str, event: Event | None) -> OpenAlert:
-    rests = event is not None and event.id in (*found.event_ids, found.onset_event_id, found.raised_event_id)
-    low, high = found.evidence.get("low"), found.evidence.get("high")
+def _alert(alert: Alert, state: str, event: Event | None) -> OpenAlert:
+    rests = event is not None and event.id in (*alert.event_ids, alert.onset_event_id, alert.raised_event_id)
+    low, high = alert.evidence.get("low"), alert.evidence.get("high")
     return OpenAlert(
-        id=found.id,
-        cause=found.cause,
-        kind=found.kind,
+        id=alert.id,
+        cause=alert.cause,
+        kind=alert.kind,
         state=state,
-        summary=found.summary,
+        summary=alert.summary,
         low=low,
         high=high,
-        exceeded=Level(level) if (level := found.evidence.get("level")) in LEVELS else None,
+        exceeded=Level(level) if (level := alert.evidence.get("level")) in LEVELS else None,
         rests_here=rests,
-        is_later=event is not None and not rests and (found.changed_after or found.began_at) >= event.start,
+        is_later=event is not None and not rests and (alert.changed_after or alert.began_at) >= event.start,
     )

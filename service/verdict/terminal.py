@@ -13,18 +13,18 @@ from service.verdict.checks import Check, Outcome
 STYLES = {Outcome.EXCEEDED: "bold red", Outcome.UNDECIDED: "yellow", Outcome.PASSED: ""}
 
 
-def checks(found: Assessment) -> RenderableType:
+def checks(assessment: Assessment) -> RenderableType:
     """The verdict and its checks, each with its limit and what it rests on."""
-    return Group(*_parts(found))
+    return Group(*_parts(assessment))
 
 
-def _parts(found: Assessment) -> Iterator[RenderableType]:
-    yield Text(f"\nverdict: {texts.headline(found)}", style="bold")
-    yield Text(" ".join(texts.opening(found)))
-    if not found.checks:
+def _parts(assessment: Assessment) -> Iterator[RenderableType]:
+    yield Text(f"\nverdict: {texts.headline(assessment)}", style="bold")
+    yield Text(" ".join(texts.opening(assessment)))
+    if not assessment.checks:
         return
     table = Table("check", "value (± 95 %)", "limit", "outcome", "source, or what would settle it")
-    for check in found.checks:
+    for check in assessment.checks:
         row = (texts.title(check), texts.value(check), texts.limit(check), check.outcome.value, _ground(check))
         table.add_row(*(Text(cell) for cell in row), style=STYLES[check.outcome])
     yield table

@@ -76,37 +76,38 @@ def of_limit(check: Check) -> str:
     )
 
 
-def headline(found: Assessment) -> str:
+def headline(verdict: Assessment) -> str:
     """One line without an end: the verdict, its first reason, and how many alerts are open."""
-    reason = next(_reasons(found), "")
-    open_alerts = "" if not found.alerts else f"{len(found.alerts)} alert{'s' * (len(found.alerts) > 1)} open"
+    reason = next(_reasons(verdict), "")
+    open_alerts = "" if not verdict.alerts else f"{len(verdict.alerts)} alert{'s' * (len(verdict.alerts) > 1)} open"
     return ": ".join(
-        part for part in (found.level.words, "; ".join(one for one in (reason, open_alerts) if one)) if part
+        part for part in (verdict.level.words, "; ".join(one for one in (reason, open_alerts) if one)) if part
     )
 
 
-def sentences(found: Assessment) -> Iterator[str]:
+def sentences(verdict: Assessment) -> Iterator[str]:
     """The verdict in full, the gravest first, with everything that weakens it."""
-    level, *rest = opening(found)
+    level, *rest = opening(verdict)
     yield level
-    for check in found.of_outcome(Outcome.EXCEEDED):
+    for check in verdict.of_outcome(Outcome.EXCEEDED):
         yield f"{of_limit(check)}."
     yield from rest
-    for check in found.of_outcome(Outcome.UNDECIDED):
+    for check in verdict.of_outcome(Outcome.UNDECIDED):
         yield " ".join(part for part in (f"Undecided: {title(check)}.", check.reason, check.remedy) if part)
 
 
-def opening(found: Assessment) -> Iterator[str]:
+def opening(verdict: Assessment) -> Iterator[str]:
     """The verdict without its checks."""
-    yield f"{found.level.words.capitalize()}. {MEANINGS[found.level]}"
-    if found.unusable:
-        yield f"{found.unusable.rstrip('.')}. The isolators cannot be assessed; inspect them if the shaking was strong."
-    if found.silence:
-        yield f"Later earthquakes may have been missed: {found.silence.rstrip('.')}."
-    if found.provisional:
-        yield f"Provisional: {found.provisional.rstrip('.')}."
-    if found.checks:
-        yield f"{len(found.of_outcome(Outcome.PASSED))} of {len(found.checks)} checks passed."
+    yield f"{verdict.level.words.capitalize()}. {MEANINGS[verdict.level]}"
+    if verdict.unusable:
+        unusable = verdict.unusable.rstrip(".")
+        yield f"{unusable}. The isolators cannot be assessed; inspect them if the shaking was strong."
+    if verdict.silence:
+        yield f"Later earthquakes may have been missed: {verdict.silence.rstrip('.')}."
+    if verdict.provisional:
+        yield f"Provisional: {verdict.provisional.rstrip('.')}."
+    if verdict.checks:
+        yield f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)} checks passed."
 
 
 def source(check: Check) -> str:
@@ -114,25 +115,25 @@ def source(check: Check) -> str:
     return "" if check.limits is None else check.limits.source
 
 
-def _reasons(found: Assessment) -> Iterator[str]:
+def _reasons(verdict: Assessment) -> Iterator[str]:
     """Reasons of the level, the gravest first."""
-    worst = [check for check in found.checks if check.level is found.level and found.level is not Level.NORMAL]
+    worst = [check for check in verdict.checks if check.level is verdict.level and verdict.level is not Level.NORMAL]
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
     if exceeded:
         more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
         yield f"{title(exceeded[0]).lower()} {brief(exceeded[0])}{more}"
-    if found.level is Level.NO_DATA:
-        yield (found.unusable or found.silence).rstrip(".")
-    if found.level is Level.UNDECIDED:
-        unclear = len(found.of_outcome(Outcome.UNDECIDED))
+    if verdict.level is Level.NO_DATA:
+        yield (verdict.unusable or verdict.silence).rstrip(".")
+    if verdict.level is Level.UNDECIDED:
+        unclear = len(verdict.of_outcome(Outcome.UNDECIDED))
         if unclear:
-            yield f"{unclear} of {len(found.checks)} checks undecided"
-    if alerts := [one for one in found.alerts if one.level is found.level]:
+            yield f"{unclear} of {len(verdict.checks)} checks undecided"
+    if alerts := [one for one in verdict.alerts if one.level is verdict.level]:
         more = f" and {len(alerts) - 1} more" if len(alerts) > 1 else ""
         yield f"{alerts[0].summary}{more}"
-    if found.provisional:
+    if verdict.provisional:
         yield "provisional"
     if worst:
         yield f"{title(worst[0]).lower()} undecided"
-    if found.level is Level.NORMAL:
-        yield f"{len(found.checks)} of {len(found.checks)} checks passed"
+    if verdict.level is Level.NORMAL:
+        yield f"{len(verdict.checks)} of {len(verdict.checks)} checks passed"

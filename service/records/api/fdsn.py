@@ -136,12 +136,12 @@ def stations(
     if form == "text" and level == "response":
         raise QueryError("format=text needs level=network, station or channel")
     with sessions() as session:
-        found = fdsn.inventory(session, selections or [selection(named)], area(named))
-    if not found.networks:
+        content = fdsn.inventory(session, selections or [selection(named)], area(named))
+    if not content.networks:
         return nothing(request, named.get("nodata", "204"))
     out, written, media_type = FORMS[form]
     with out() as stream:
-        found.write(stream, format=written, level=level)
+        content.write(stream, format=written, level=level)
         return Response(stream.getvalue(), media_type=media_type)
 
 
@@ -153,10 +153,10 @@ def samples(
     one_of(named, "format", ("miniseed",))
     most = request.app.state.settings.max_dataselect_samples
     with sessions() as session:
-        found = fdsn.miniseed(session, selections or [selection(named)], most)
-    if found is None:
+        content = fdsn.miniseed(session, selections or [selection(named)], most)
+    if content is None:
         return nothing(request, named.get("nodata", "204"))
-    return Response(found, media_type="application/vnd.fdsn.mseed")
+    return Response(content, media_type="application/vnd.fdsn.mseed")
 
 
 def one_of(named: dict[str, str], name: str, known: tuple[str, ...]) -> str:

@@ -89,19 +89,19 @@ def of_building(
 ) -> Response:
     """The state of the building's monitoring server, and the files received from it."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = [row(one) for one in queries.recordings(session, found.id, state, cursor, LISTED)]
-        source = described(session, found).source
+        building, _ = building_queries.building(session, code)
+        rows = [row(one) for one in queries.recordings(session, building.id, state, cursor, LISTED)]
+        source = described(session, building).source
         return page(
             request,
             "recordings",
-            building=found,
+            building=building,
             source=source,
             location=without_credentials(source.location) if source else "",
-            doing=session.get(SourceState, found.id),
+            doing=session.get(SourceState, building.id),
             rows=rows,
             state=state,
-            rejected=queries.rejected_counts(session).get(found.id, 0),
+            rejected=queries.rejected_counts(session).get(building.id, 0),
             is_later=cursor is not None,
             following=next_number([one.id for one in rows], LISTED),
         )

@@ -28,13 +28,13 @@ class Gap:
 
 def pieces(bodies: Iterable[bytes], limits: Limits) -> tuple[Piece, ...]:
     """The pieces in whole files of waveforms, leaving out files that exceed the parser's limits."""
-    found: list[Piece] = []
+    read: list[Piece] = []
     for body in bodies:
         try:
-            found += parsing.covered("an answer", body, limits)
+            read += parsing.covered("an answer", body, limits)
         except (FormatError, ParserDiedError, ParserFailedError):
             continue
-    return tuple(found)
+    return tuple(read)
 
 
 def gaps(pieces: Sequence[Piece], requested: Gap) -> Iterator[Gap]:
@@ -61,11 +61,11 @@ def reached(pieces: Sequence[Piece], start: datetime, silent: datetime) -> datet
     return max(start, min((end for end in ends.values() if newest - end < TOGETHER), default=silent))
 
 
-def still_open(found: Iterable[Gap], now: datetime, late: timedelta) -> tuple[Gap, ...]:
+def still_open(gaps: Iterable[Gap], now: datetime, late: timedelta) -> tuple[Gap, ...]:
     """The gaps that may still be filled, with near ones of a channel and equal ones of several channels joined."""
     longest = max(late, FURTHEST_BACK)
     of_channels: dict[str, list[tuple[datetime, datetime]]] = defaultdict(list)
-    for gap in sorted(found, key=lambda gap: gap.start):
+    for gap in sorted(gaps, key=lambda gap: gap.start):
         for channel in gap.channels:
             had = of_channels[channel]
             if had and gap.start - had[-1][1] < TOGETHER:
@@ -80,9 +80,9 @@ def still_open(found: Iterable[Gap], now: datetime, late: timedelta) -> tuple[Ga
     return tuple(Gap(start, end, tuple(channels)) for (start, end), channels in sorted(together.items()))
 
 
-def written(found: Iterable[Gap]) -> list[dict[str, Any]]:
+def written(gaps: Iterable[Gap]) -> list[dict[str, Any]]:
     """Gaps as JSON, for a cursor."""
-    return [{"from": gap.start.isoformat(), "to": gap.end.isoformat(), "channels": [*gap.channels]} for gap in found]
+    return [{"from": gap.start.isoformat(), "to": gap.end.isoformat(), "channels": [*gap.channels]} for gap in gaps]
 
 
 def noted(rows: Iterable[Mapping[str, Any]]) -> tuple[Gap, ...]:

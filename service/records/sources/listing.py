@@ -75,7 +75,7 @@ def pages(client: Client, address: str, had: Mapping[str, Any], depth: int = 0) 
         yield from pages(client, folder, had, depth + 1)
 
 
-def remembered(found: Collection[Page], unread: Collection[str]) -> dict[str, Any]:
+def remembered(pages: Collection[Page], unread: Collection[str]) -> dict[str, Any]:
     """The pages to skip while unchanged: those that support conditional requests and were read completely.
 
     Args:
@@ -84,7 +84,7 @@ def remembered(found: Collection[Page], unread: Collection[str]) -> dict[str, An
     """
     return {
         page.address: {"unless": dict(page.unless), "folders": list(page.folders)}
-        for page in found
+        for page in pages
         if page.unless and not {page.address, *(file.address for file in page.files)} & set(unread)
     }
 

@@ -25,8 +25,8 @@ def unreachable(error: BaseException) -> tuple[str, str]:
     """The problem (`cannot be reached: ...`) and its remedy, from the system's error behind an exception."""
     for cause in _causes(error):
         if isinstance(cause, ssl.SSLError):
-            found, helps = _tls(cause)
-            return f"cannot be reached: {found}", helps
+            problem, helps = _tls(cause)
+            return f"cannot be reached: {problem}", helps
         if isinstance(cause, socket.gaierror):
             return (
                 "cannot be reached: its name is not known",
@@ -90,8 +90,8 @@ def _tls(error: ssl.SSLError) -> tuple[str, str]:
 
 def _causes(error: BaseException | None) -> list[BaseException]:
     """An error and its causes, the innermost first."""
-    found: list[BaseException] = []
-    while error is not None and error not in found:
-        found.append(error)
+    causes: list[BaseException] = []
+    while error is not None and error not in causes:
+        causes.append(error)
         error = error.__cause__ or error.__context__
-    return found[::-1]
+    return causes[::-1]

@@ -159,11 +159,11 @@ class Client:
                     return self._answer(response, partial)
                 target = response.next_request.url
         except httpx.TimeoutException as error:
-            found = f"{url} did not answer within {self.settings.polling.timeout:g} s"
-            raise BrokenError(found) from error
+            problem = f"{url} did not answer within {self.settings.polling.timeout:g} s"
+            raise BrokenError(problem) from error
         except httpx.TransportError as error:
-            found, helps = unreachable(error)
-            raise BrokenError(f"{url} {found}", helps=helps) from error
+            problem, helps = unreachable(error)
+            raise BrokenError(f"{url} {problem}", helps=helps) from error
         except httpx.HTTPError as error:
             raise SourceError(f"{url} cannot be requested: {error}; correct {LOCATION}") from error
         _check_redirect(url, target, redirects)

@@ -25,9 +25,9 @@ class TooLargeError(SourceError):
     """An answer or a file of more bytes than are accepted."""
 
     def __init__(self, origin: str, size: int | None, limit: int) -> None:
-        found = f"more than {limit}" if size is None else f"{size}"
+        amount = f"more than {limit}" if size is None else f"{size}"
         super().__init__(
-            f"{origin} has {found} bytes, {limit} are accepted; use smaller files or a larger max_answer_bytes"
+            f"{origin} has {amount} bytes, {limit} are accepted; use smaller files or a larger max_answer_bytes"
         )
 
 

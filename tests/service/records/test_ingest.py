@@ -140,7 +140,7 @@ REFUSED = {
     "truncated": (miniseed(stream())[:-100], "truncated"),
     "HTML": (b"<!DOCTYPE html><html><head><title>Login</title></head></html>", r"HTML page \(Login\)"),
     "empty": (b"", "empty"),
-    "text": (b"hello", "no known format"),
+    "text": (b"hello", "an unknown format"),
     "unknown network": (
         miniseed(stream()).replace(b"HNXXX", b"HNXYY"),
         r"no channel of this building: found YY.TOWER.00.HNX.*the building has XX.TOWER.00.HNX",

@@ -263,7 +263,7 @@ def test_without_records_section_8_is_left_out_and_that_is_stated(seven: Simulat
         (("event.mseed",), 2, "needs both"),
         (("--building", "building.toml"), 2, "needs both"),
         (("--channel", "XX.A.00.HNX"), 2, "--ground"),
-        (("--ground", "building.toml"), 1, "no known format"),
+        (("--ground", "building.toml"), 1, "an unknown format"),
         (("--ground", "event.mseed"), 1, "--channel"),
     ],
 )
