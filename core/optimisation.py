@@ -182,15 +182,13 @@ def damped_step(normal: Matrix, descent: Vector, damping: float, scale: Vector |
     size = np.sqrt(np.diag(normal)) if scale is None else scale
     if not (np.all(size > 0) and np.isfinite(normal).all() and np.isfinite(descent).all()):
         return None
-    # in this order: where data determine nearly nothing, as some flexibilities of the frame, the last digits grow
-    unit = 1 / size
-    scaled = normal * np.outer(unit, unit)
+    scaled = normal / np.outer(size, size)
     for raised in damping * 10.0 ** np.arange(MOST_INCREASES):
         try:
             factor = linalg.cho_factor(scaled + raised * np.eye(size.size), check_finite=False)
         except linalg.LinAlgError:
             continue
-        return np.asarray(linalg.cho_solve(factor, unit * descent, check_finite=False) * unit)
+        return np.asarray(linalg.cho_solve(factor, descent / size, check_finite=False) / size)
     return None
 
 

@@ -1,7 +1,6 @@
 """Calibration of the frame from a record: the parameters of greatest posterior probability, and their evidence."""
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from scipy import linalg
@@ -91,8 +90,11 @@ def _step(here: Evaluation, damping: Damping) -> Step[Evaluation] | None:
     for _ in range(VARIANCE_STEPS if here.problem.hypothesis.is_random else 0):
         here = evaluated(here.problem, here.parameters, next_variances(here), here.given.base)
     free, slope = here.problem.hypothesis.free, gradient(here)
-    quadratic = Quadratic(slope.normal[np.ix_(free, free)], slope.descent[free])
-    return lower_point(here, quadratic, partial(_moved, here), damping, MOST_TRIALS)
+    normal = slope.normal[np.ix_(free, free)]
+    unit = 1 / np.sqrt(np.diag(normal))
+    # in units of each parameter's own deviation: data determine some flexibilities so little that rounding shows
+    quadratic = Quadratic(normal * np.outer(unit, unit), unit * slope.descent[free], np.ones(unit.size))
+    return lower_point(here, quadratic, lambda step: _moved(here, unit * step), damping, MOST_TRIALS)
 
 
 def _moved(here: Evaluation, step: Vector) -> Evaluation:
