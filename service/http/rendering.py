@@ -17,6 +17,8 @@ from service.reports.charts import Picture
 from service.verdict import texts
 
 SVG = "image/svg+xml"
+UNKNOWN = "–"
+"""In place of a value that is not known."""
 FOLDER = Path(__file__).parent
 TEMPLATES = Jinja2Templates(FOLDER / "templates")
 POLICY = {
@@ -43,6 +45,26 @@ def time(moment: datetime) -> str:
     return f"{moment:%Y-%m-%d %H:%M:%S}"
 
 
+def percent(share: float | None) -> str:
+    """A share in percent, to a tenth; a dash where it is not known."""
+    return tenths(None if share is None else 100 * share)
+
+
+def tenths(value: float | None) -> str:
+    """A number to a tenth; a dash where it is not known."""
+    return UNKNOWN if value is None else f"{value:.1f}"
+
+
+def rounded(value: float | None) -> str:
+    """A number to three digits; a dash where it is not known."""
+    return UNKNOWN if value is None else significant(value)
+
+
+def kilonewtons(force: float | None) -> str:
+    """A force (N) in kN to three digits; a dash where it is not known."""
+    return rounded(None if force is None else shown(force, "N"))
+
+
 TEMPLATES.env.globals |= {
     "opening": texts.opening,
     "headline": texts.headline,
@@ -54,6 +76,10 @@ TEMPLATES.env.globals |= {
 }
 TEMPLATES.env.filters |= {
     "words": error_in_words,
+    "percent": percent,
+    "tenths": tenths,
+    "rounded": rounded,
+    "kilonewtons": kilonewtons,
     "time": time,
     "with_std": with_std,
     "significant": significant,
