@@ -26,7 +26,7 @@ class PeakOut(Answer):
 
     channel: str = Field(description="Id of the channel.")
     level: str | None = Field(description="Null where the building file no longer has the channel.")
-    quantity: str | None = Field(description="What it measures; null where not known.")
+    quantity: str | None = Field(description="Measured quantity; null where not known.")
     direction: str | None = Field(description="x, y or z; null where not known or without one.")
     peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null if the channel has no numbers.")
 
@@ -71,7 +71,7 @@ class RelianceOut(Answer):
         description="Per degree of freedom, of noise alone: about 1 where a superstructure explains the record; null "
         "where none was needed or found."
     )
-    is_at_rest: bool = Field(description="Whether the record begins and ends at rest.")
+    is_at_rest: bool = Field(description="True if the record begins and ends at rest.")
     prior_share: Number = Field(
         description="Share of the prior in the storeys' stiffness: 0 if all comes from the record, 1 if all is prior."
     )
@@ -123,8 +123,8 @@ class Provenance(Answer):
     id: int = Field(description="Its number.")
     current: bool = Field(description="True for the event's latest analysis.")
     created_at: datetime = Field(description="Time of the analysis.")
-    version: str = Field(description="Of the code.")
-    revision_id: int = Field(description="Of the building's description.")
+    version: str = Field(description="Version of the code.")
+    revision_id: int = Field(description="Number of the building's description.")
     estimator: str | None = Field(description="Name of the estimator; null where none was used.")
     settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
     inputs: list[str] = Field(description="SHA-256 of every recording it was made from.")
@@ -135,8 +135,8 @@ class EventRow(Answer):
     """An event in a list."""
 
     id: int = Field(description="Its number.")
-    start: datetime = Field(description="Of the first sample.")
-    end: datetime = Field(description="Of the last sample.")
+    start: datetime = Field(description="Time of the first sample.")
+    end: datetime = Field(description="Time of the last sample.")
     state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
     reason: str | None = Field(description="Why it was refused or failed.")
     pga: Number | None = Field(description="m/s²; null before the analysis, or where the ground is not measured.")
@@ -151,7 +151,7 @@ class WaveformOut(Answer):
     """An unbroken piece of a channel."""
 
     channel: str = Field(description="Id of the channel.")
-    start: datetime = Field(description="Of the first sample.")
+    start: datetime = Field(description="Time of the first sample.")
     rate: Number = Field(description="Hz.")
     count: int = Field(description="Number of samples.")
 
@@ -161,8 +161,8 @@ class EventHead(Answer):
 
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
-    start: datetime = Field(description="Of the first sample.")
-    end: datetime = Field(description="Of the last sample.")
+    start: datetime = Field(description="Time of the first sample.")
+    end: datetime = Field(description="Time of the last sample.")
     state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
     reason: str | None = Field(description="Why it was refused or failed; null where it was not.")
     waveforms: list[WaveformOut] = Field(description="The pieces of its channels.")
@@ -193,9 +193,9 @@ class FileHead(Answer):
     """An event that was analysed from files."""
 
     building: str = Field(description="Code of the building.")
-    start: datetime = Field(description="Of the first sample.")
+    start: datetime = Field(description="Time of the first sample.")
     rate: Number = Field(description="Hz, of the histories.")
-    version: str = Field(description="Of the code.")
+    version: str = Field(description="Version of the code.")
     estimator: str | None = Field(description="Name of the estimator; null where none was used.")
     settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
     refusal: str | None = Field(description="Why the event was rejected; null if it was not.")

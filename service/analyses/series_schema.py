@@ -10,7 +10,7 @@ from service.schema import Answer, Number, Page, Series
 class Piece(Answer):
     """Samples of an unbroken piece of a channel."""
 
-    start: datetime = Field(description="Of the first sample.")
+    start: datetime = Field(description="Time of the first sample.")
     rate: Number = Field(description="Hz.")
     step: Number = Field(description="s between samples.")
     count: int = Field(description="Number of samples recorded.")
@@ -40,7 +40,7 @@ class ForceSeries(Answer):
     direction: str = Field(description="x or y, as the building file names it.")
     analysis: int = Field(description="Number of the analysis.")
     estimator: str | None = Field(description="Name of the estimator; null where none was used.")
-    start: datetime = Field(description="Of the first sample.")
+    start: datetime = Field(description="Time of the first sample.")
     rate: Number = Field(description="Hz.")
     step: Number = Field(description="s between samples.")
     count: int = Field(description="Number of samples before thinning.")
@@ -62,7 +62,7 @@ class LayerMotionSeries(Answer):
     event: int = Field(description="Number of the event.")
     building: str = Field(description="Code of the building.")
     analysis: int = Field(description="Number of the analysis.")
-    start: datetime = Field(description="Of the first sample.")
+    start: datetime = Field(description="Time of the first sample.")
     rate: Number = Field(description="Hz.")
     step: Number = Field(description="s between samples.")
     count: int = Field(description="Number of samples before thinning.")
@@ -81,7 +81,7 @@ class CycleRow(Answer):
     """The layer as a spring and a dashpot over one cycle (paper, eq 24-27)."""
 
     event: int = Field(description="Number of the event.")
-    event_start: datetime = Field(description="Of the event's first sample.")
+    event_start: datetime = Field(description="Time of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
     record_start: datetime = Field(description="Time to which start and end count.")
     start: Number = Field(description="s after record_start.")
@@ -104,7 +104,7 @@ class ModeRow(Answer):
     """A fixed-base mode of the superstructure in one event."""
 
     event: int = Field(description="Number of the event.")
-    event_start: datetime = Field(description="Of the event's first sample.")
+    event_start: datetime = Field(description="Time of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
     number: int = Field(description="From 1, the lowest frequency.")
     frequency: Number = Field(description="Hz.")
@@ -123,7 +123,7 @@ class SightingOut(Answer):
     """A mode in one event."""
 
     event: int = Field(description="Number of the event.")
-    event_start: datetime = Field(description="Of the event's first sample.")
+    event_start: datetime = Field(description="Time of the event's first sample.")
     pga: Number | None = Field(description="m/s², peak horizontal ground acceleration; null where not measured.")
     peak_force: Number = Field(description="N, largest absolute restoring force of the isolation layer.")
     peak_displacement: Number | None = Field(description="m, of the isolation layer; null where not known.")

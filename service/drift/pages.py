@@ -110,7 +110,7 @@ def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subj
 
 @router.get("/charts/drift.svg")
 def history(sessions: Reading, building: BuildingCode, quantity: Quantity) -> Tagged:
-    """How far the events were from what was expected over the years, a panel for each subject of a quantity."""
+    """Differences of the events from the baseline over the years, a panel for each subject of a quantity."""
     with sessions() as session:
         found, _ = building_queries.building(session, building)
         values = _values(session, found.id, quantity)

@@ -51,7 +51,7 @@ class Comparison:
     """A model compared with events."""
 
     each: tuple[Compared, ...]
-    """Of the requested events."""
+    """Comparisons with the requested events."""
     fails: tuple[str, ...]
     """Where it fails, over all of them, in words."""
 

@@ -28,7 +28,7 @@ class Fitted:
 
     model: ModelFile
     outcome: str
-    """How the fit ended, and the parameters that it could not determine."""
+    """Outcome of the fit, and the parameters that it could not determine."""
     document: Mapping[str, Any]
     """All numbers, as JSON."""
 

@@ -129,7 +129,7 @@ def _has_motion(directions: Collection[str]) -> ColumnElement[bool]:
 
 
 def diagnoses(session: Session, model_id: int, before: int | None, limit: int) -> Sequence[ModelDiagnosis]:
-    """Of a version, the latest first; `before` is the id at which the page before ended."""
+    """Diagnoses of a version, the latest first; `before` is the id at which the page before ended."""
     query = select(ModelDiagnosis).where(ModelDiagnosis.model_id == model_id)
     if before is not None:
         query = query.where(ModelDiagnosis.id < before)

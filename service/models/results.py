@@ -57,18 +57,18 @@ class MisfitOut(Result):
 class PredictionOut(Result):
     """Errors of the response that model and superstructure predict from the ground motion alone."""
 
-    displacement: MisfitOut = Field(description="Of the isolation layer.")
-    accelerations: dict[str, MisfitOut] = Field(description="Of the floors, by level.")
+    displacement: MisfitOut = Field(description="Error of the isolation layer's displacement.")
+    accelerations: dict[str, MisfitOut] = Field(description="Errors of the floors' accelerations, by level.")
 
 
 class EventErrors(Result):
     """Errors of a model in one earthquake and direction."""
 
     name: str = Field(description="Name of the earthquake.")
-    start: str = Field(description="Of its first sample.")
+    start: str = Field(description="Time of its first sample.")
     direction: str = Field(description="x or y.")
     left_out: bool = Field(description="True if the earthquake was held out.")
-    force: MisfitOut = Field(description="Of the force, driven by the measured motion.")
+    force: MisfitOut = Field(description="Error of the force, driven by the measured motion.")
     prediction: PredictionOut | None = Field(description="Null where nothing measured the ground.")
 
 
@@ -79,7 +79,7 @@ class ModelValues(Result):
     parent: str | None = Field(description="Name of the model that it was made from.")
     fitted_to: list[str] = Field(description="Names of the earthquakes that its values were fitted to.")
     effects: dict[str, dict[str, Value]] = Field(description="Value of every parameter, by effect.")
-    standard_deviations: dict[str, dict[str, Value]] = Field(description="Of the fitted parameters, by effect.")
+    standard_deviations: dict[str, dict[str, Value]] = Field(description="Those of the fitted parameters, by effect.")
 
     @classmethod
     def of(cls, model: ModelFile) -> "ModelValues":
@@ -96,7 +96,7 @@ class ModelValues(Result):
 class Head(Result):
     """Opening of every document."""
 
-    version: str = Field(default=VERSION, description="Of the code.")
+    version: str = Field(default=VERSION, description="Version of the code.")
     building: str = Field(description="Code of the building.")
 
 
@@ -107,7 +107,7 @@ class ComparisonDocument(Head):
     events: list[EventErrors] = Field(description="In order of time.")
     all: "AllErrors" = Field(description="Over all earthquakes.")
     failure: "FailureOut" = Field(description="Where the model fails.")
-    corrections: list[BlockCorrection] = Field(description="Of stiffness and yield force, by each block of 5 s.")
+    corrections: list[BlockCorrection] = Field(description="Stiffness and yield force that each block of 5 s adds.")
     remarks: list[str] = Field(description="On the prediction from the ground motion.")
     unused: list[str] = Field(description="Records that could not be used, with the reason.")
 
@@ -132,7 +132,7 @@ class RegionOut(Result):
     threshold: Value = Field(description="SI units; null of a class.")
     is_above: bool
     class_: str | None = Field(serialization_alias="class", description="Null of a number.")
-    share: Share = Field(description="Of the excess error, with its 95 % interval.")
+    share: Share = Field(description="Share of the excess error, with its 95 % interval.")
     share_of_energy: Value
     odds: Share
 
@@ -143,7 +143,7 @@ class BinOut(Result):
     class_: str | None = Field(serialization_alias="class", description="Null of a number.")
     low: Value
     high: Value
-    share: Share = Field(description="Of the excess error.")
+    share: Share = Field(description="Share of the excess error.")
     energy: Value = Field(description="Share of the force's energy.")
     time: Value = Field(description="Share of the samples.")
     floors: Value = Field(description="Noise ratio.")
@@ -182,7 +182,7 @@ class FitDocument(Head):
     """A fit of a model's values."""
 
     model: ModelValues
-    outcome: str = Field(description="How the fit ended.")
+    outcome: str = Field(description="Outcome of the fit.")
     undetermined: list[list[str]] = Field(description="Effect and parameter that the records do not determine.")
     covariance: Covariance
     before: list[EventErrors]
@@ -220,9 +220,9 @@ class CandidateOut(Result):
     error_after: Value = Field(description="The same with it.")
     error_after_held_out: Value = Field(description="The same in the held-out events; null without any.")
     noise_floor: Value = Field(description="N, RMS of the error of a correct model.")
-    plausible: bool = Field(description="Whether its values are physically possible.")
+    plausible: bool = Field(description="True if its values are physically possible.")
     reason: str | None = Field(description="Why they are not; null where they are.")
-    parameters: dict[str, FittedValue] = Field(description="Of the effect, by name.")
+    parameters: dict[str, FittedValue] = Field(description="Parameters of the effect, by name.")
 
     @classmethod
     def of(cls, one: Candidate, before: Misfit) -> "CandidateOut":
@@ -257,7 +257,7 @@ class StepOut(Result):
 
     effect: str = Field(description="Its name.")
     family: str = Field(description="Its family.")
-    delta_bic: Value = Field(description="Of the model with it less that without.")
+    delta_bic: Value = Field(description="BIC of the model with it less that without.")
     set: list[str] = Field(description="Effects that the events do not distinguish here, the best first.")
 
 
@@ -280,11 +280,11 @@ class UnexplainedOut(Result):
 class Findings(Result):
     """Content of a diagnosis."""
 
-    findings: list[SuspectOut] = Field(description="Of sensors, superstructure and mass; they come first.")
+    findings: list[SuspectOut] = Field(description="Faults of sensors, superstructure and mass; they come first.")
     candidates: list[CandidateOut] = Field(description="Every effect that the model does not have, the best first.")
     dropped: list[DroppedOut] = Field(default=[], description="Effects that could not be checked, with the reason.")
     set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
-    unknown_flag: bool = Field(description="Whether something is missing that the known effects do not explain.")
+    unknown_flag: bool = Field(description="True if something is missing that the known effects do not explain.")
     unexplained: UnexplainedOut = Field(description="Structure that remains after all steps.")
     steps: list[StepOut] = Field(description="Missing effects, one after the other.")
     versions: list[VersionOut] = Field(description="Their errors.")

@@ -55,11 +55,11 @@ class ModelRow(Answer):
     number: int = Field(description="Number of the version, from 1 for each building and direction.")
     parent: int | None = Field(description="Number of the model that it was made from; null of a first one.")
     state: str = Field(description="`draft`, `current` or `retired`.")
-    change: str = Field(description="What is new against the parent, and why.")
+    change: str = Field(description="Change against the parent, and its reason.")
     author: str = Field(description="Name of the key that requested it.")
     created_at: datetime = Field(description="When it was made.")
     effects: list[str] = Field(description="Names of its effects.")
-    errors: Errors = Field(description="Of its force, driven by the measured motion.")
+    errors: Errors = Field(description="Errors of its force, driven by the measured motion.")
 
 
 class Models(Page[ModelRow]):
@@ -80,7 +80,7 @@ class ValueOut(Answer):
     value: Number = Field(description="In its unit.")
     std: Number | None = Field(description="Standard deviation; null where it was not fitted, or not determined.")
     unit: str | None = Field(description="SI; null of an effect that there is no longer.")
-    meaning: str | None = Field(description="What it is; null of an effect that there is no longer.")
+    meaning: str | None = Field(description="Meaning of the parameter; null of an effect that no longer exists.")
 
 
 class ModelOut(ModelRow):
@@ -88,13 +88,13 @@ class ModelOut(ModelRow):
 
     accepted_by: str | None = Field(description="Name of the key that last made it current; null of a draft.")
     accepted_at: datetime | None = Field(description="When that was.")
-    version: str = Field(description="Of the code that made it.")
-    revision_id: int = Field(description="Of the building's description that it was made with.")
+    version: str = Field(description="Version of the code that made it.")
+    revision_id: int = Field(description="Number of the building's description that it was made with.")
     reference: datetime | None = Field(description="From which effects count time; null as long as nothing was fitted.")
-    values: list[ValueOut] = Field(description="Of every parameter of its effects.")
+    values: list[ValueOut] = Field(description="Value of every parameter of its effects.")
     assumed: list[str] = Field(description="Parameters that were neither given nor measured: start values of a fit.")
     outcome: str | None = Field(
-        description="How the fit ended, and what it could not determine; null where nothing was fitted."
+        description="Outcome of the fit, and the parameters that it could not determine; null where nothing was fitted."
     )
     fitted_to: list[int] = Field(description="Numbers of the events that its values were fitted to.")
     left_out: list[int] = Field(description="Numbers of the events that were held out of the fit.")
@@ -121,19 +121,19 @@ class ComparisonRow(Answer):
 
     id: int = Field(description="Its number.")
     event: int = Field(description="Number of the event.")
-    event_start: datetime = Field(description="Of the event's first sample.")
+    event_start: datetime = Field(description="Time of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
     role: str = Field(description="`fitted`, `left_out` or `later`: the event's role for the model.")
     analysis: int = Field(description="Number of the analysis that it was compared with.")
-    nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
+    nrmse: Number | None = Field(description="NRMSE of the force, driven by the measured motion; null without a force.")
     noise_floor: Number | None = Field(description="NRMSE of a correct model.")
     floors: Number | None = Field(description="RMS of the error in multiples of the floor.")
     fitting_rate: Number | None = Field(description="%, as the paper defines it.")
     displacement_nrmse: Number | None = Field(
-        description="Of the layer's displacement, driven by the ground alone; null where nothing measured the ground."
+        description="NRMSE of the displacement, driven by the ground alone; null where nothing measured the ground."
     )
     created_at: datetime = Field(description="When it was made.")
-    version: str = Field(description="Of the code.")
+    version: str = Field(description="Version of the code.")
 
 
 class Comparisons(Page[ComparisonRow]):
@@ -160,7 +160,7 @@ class ComparisonSeries(Answer):
     model: int = Field(description="Number of the model.")
     event: int = Field(description="Number of the event.")
     direction: str = Field(description="x or y, as the building file names it.")
-    start: datetime = Field(description="Of the first sample.")
+    start: datetime = Field(description="Time of the first sample.")
     rate: Number = Field(description="Hz.")
     step: Number = Field(description="s between samples.")
     count: int = Field(description="Number of samples before thinning.")
@@ -174,14 +174,14 @@ class TrendRow(Answer):
     """Error of a model in one event."""
 
     event: int = Field(description="Number of the event.")
-    event_start: datetime = Field(description="Of the event's first sample.")
+    event_start: datetime = Field(description="Time of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
     fitted: bool = Field(description="True if the model's values were fitted to it.")
-    nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
+    nrmse: Number | None = Field(description="NRMSE of the force, driven by the measured motion; null without a force.")
     floors: Number | None = Field(description="Noise ratio: RMS of the error over that of noise alone.")
     excess: Number = Field(description="Error beyond noise, as a share of the force's RMS.")
     allowed: Number | None = Field(description="The largest usual excess; null as long as nothing was fitted.")
-    missed: bool = Field(description="Whether the error is larger than in the fitted events.")
+    missed: bool = Field(description="True if the error is larger than in the fitted events.")
 
 
 class Trend(Answer):
@@ -264,10 +264,10 @@ class DiagnosisRow(Answer):
     analyses: list[int] = Field(
         description="Numbers of the analyses of all of them, and of refused events that only show the sensors' state."
     )
-    revision_id: int = Field(description="Of the building's description.")
+    revision_id: int = Field(description="Number of the building's description.")
     author: str = Field(description="Name of the key that requested it.")
     created_at: datetime = Field(description="When it was made.")
-    version: str = Field(description="Of the code.")
+    version: str = Field(description="Version of the code.")
     job: int = Field(description="Number of the job that made it.")
 
 
@@ -283,9 +283,9 @@ class EffectRow(Answer):
     """A physical effect in a list."""
 
     name: str = Field(description="As models have it.")
-    title: str = Field(description="What it is.")
+    title: str = Field(description="The effect in a few words.")
     family: str = Field(description="Effects of one family leave similar traces, and records may not distinguish them.")
-    suspect_when: str = Field(description="What in the measurements makes one think of it.")
+    suspect_when: str = Field(description="Signs of it in the measurements.")
 
 
 class Effects(Answer):
@@ -303,16 +303,16 @@ class ParameterOut(Answer):
     lowest: Number = Field(description="The least value it may take.")
     highest: Number = Field(description="The largest value it may take.")
     usual: Number = Field(description="A usual value at which the effect is present.")
-    meaning: str = Field(description="What it is.")
+    meaning: str = Field(description="Meaning of the parameter.")
 
 
 class EffectOut(EffectRow):
     """A physical effect, explained."""
 
-    explanation: str = Field(description="What it does, in a sentence that names its parameters.")
+    explanation: str = Field(description="Its action, in a sentence that names its parameters.")
     acts_on: str = Field(description="`force`, or what other effects read, such as `stiffness`.")
     absent: dict[str, Number] = Field(description="Values of parameters at which it does nothing at all.")
     kept: list[str] = Field(description="States that the layer keeps from one earthquake to the next.")
-    parameters: list[ParameterOut] = Field(description="What a model gives values to.")
+    parameters: list[ParameterOut] = Field(description="Its parameters, which a model gives values to.")
     law: str = Field(description="Its formula, as Python source: after what it does come the rates of its states.")
     source: str = Field(description="Author, year, equation.")

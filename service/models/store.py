@@ -34,7 +34,7 @@ class Draft:
     """Change and reason."""
     author: str
     revision_id: int
-    """Of the building's description."""
+    """Number of the building's description."""
     parent_id: int | None = None
     reference: datetime | None = None
     standard_deviations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)

@@ -40,7 +40,7 @@ class ModelVersion(Base):
     state: Mapped[str]
     """`draft`, `current` (at most one of a building and direction) or `retired`."""
     change: Mapped[str] = mapped_column(Text)
-    """What is new against the parent, and why."""
+    """Change against the parent, and its reason."""
     author: Mapped[str]
     """Name of the key that requested it."""
     created_at: Mapped[datetime]
@@ -48,18 +48,18 @@ class ModelVersion(Base):
     """Name of the key that last made it current; None of a draft."""
     accepted_at: Mapped[datetime | None]
     version: Mapped[str]
-    """Of the code."""
+    """Version of the code."""
     revision_id: Mapped[int] = mapped_column(ForeignKey("revision.id"))
     reference: Mapped[datetime | None]
     """From which effects count time; None as long as nothing was fitted."""
     effects: Mapped[dict[str, Any]]
     """Value of every parameter, by effect."""
     standard_deviations: Mapped[dict[str, Any]]
-    """Of those that were fitted, by effect; None where the records did not determine it."""
+    """Standard deviations of the fitted parameters, by effect; None where the records did not determine one."""
     assumed: Mapped[list[str]]
     """Parameters that were neither given nor measured."""
     outcome: Mapped[str | None] = mapped_column(Text)
-    """How the fit ended, and what it could not determine, in words; None where nothing was fitted."""
+    """Outcome of the fit, and the parameters that it could not determine, in words; None where nothing was fitted."""
     building: Mapped[Building] = relationship()
     comparisons: Mapped[list["ModelComparison"]] = relationship(back_populates="model", order_by="ModelComparison.id")
 
@@ -78,7 +78,7 @@ class ModelComparison(Base):
     """`fitted`, `left_out`, or `later`: known to neither the fit nor the choice of effects."""
     created_at: Mapped[datetime]
     version: Mapped[str]
-    """Of the code."""
+    """Version of the code."""
     misfit: Mapped[dict[str, Any]]
     """core.comparison.misfit.Misfit of the force, N, the model driven by the measured motion."""
     displacement: Mapped[dict[str, Any] | None]
@@ -103,7 +103,7 @@ class ModelDiagnosis(Base):
     """Name of the key that requested it."""
     created_at: Mapped[datetime]
     version: Mapped[str]
-    """Of the code."""
+    """Version of the code."""
     fitted: Mapped[list[int]]
     """Numbers of the events that candidates were fitted to."""
     left_out: Mapped[list[int]]
