@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from core.arrays import Matrix, Vector
-from core.laws.compilation import bound
 from hidden.building import Building
 from hidden.catalogue import compiled_laws, law_code
 from hidden.law import Law, Step
@@ -110,11 +110,18 @@ def states_between_events(laws: Sequence[Hidden], states: Matrix, seconds: float
 @cache
 def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
     """The loop over the steps; compiling takes 25 s, so that later processes get it from Numba's cache."""
-    found = bound(_integrate, layer=njit(bound(_layer, answer=compiled_laws())))
+    found = _bound(_integrate, layer=njit(_bound(_layer, answer=compiled_laws())))
     sources = sorted(Path(__file__).parent.rglob("*.py"))
     digest = sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:24]
     found.__qualname__ = f"integrate_{digest}"  # names the entry in the cache: it depends on all of the laws' files
     return njit(cache=True)(found)
+
+
+def _bound(function: FunctionType, **names: Any) -> FunctionType:  # noqa: ANN401  what it calls
+    """The function with these global names: Numba caches no closures."""
+    made = FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
+    made.__module__ = function.__module__
+    return made
 
 
 answer: Any = None
