@@ -38,8 +38,9 @@ class Known:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A building at its last check: nothing is done again while it is the same."""
+    """A building at its last check: nothing is done again while it is the same, unless the clock was set back."""
 
+    checked_at: datetime
     state: BuildingState
     known: Known
     began: Mapping[str, datetime]
@@ -98,7 +99,7 @@ def _is_idle(building_id: int, state: BuildingState, before: Checked, this: Roun
     """True if the building is the same as at its last check, and the time that has passed changes nothing."""
     return (
         before.is_settled
-        and this.now < before.expires_at
+        and before.checked_at <= this.now < before.expires_at
         and state.events == before.state.events
         and state.news == before.state.news
         and _candidates(building_id, state, before.known, before.began, this) == before.candidates
@@ -128,7 +129,7 @@ def _checked(session: Session, building_id: int, before: Checked | None, this: R
     is_settled = (
         before is not None
         and is_known
-        and this.now < before.expires_at
+        and before.checked_at <= this.now < before.expires_at
         and before.state.news == state.news
         and is_reconciled(session, building_id, candidates, "clock")
         and (reminder is None or reminder.due_at > this.now)
@@ -136,7 +137,7 @@ def _checked(session: Session, building_id: int, before: Checked | None, this: R
     expires_at = this.now + FULL_CHECK * (1 + building_id % SPREAD / SPREAD)
     if reminder is not None:
         expires_at = min(expires_at, reminder.due_at)
-    return Checked(state, known, began, candidates, expires_at, is_settled)
+    return Checked(this.now, state, known, began, candidates, expires_at, is_settled)
 
 
 def _reminder_interval(settings: Settings) -> timedelta:

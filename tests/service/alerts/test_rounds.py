@@ -302,6 +302,16 @@ def test_an_unchanged_building_is_checked_in_full_now_and_then(
     assert reported(sessions)
 
 
+def test_a_clock_that_was_set_back_ends_the_rest_of_an_unchanged_building(
+    sessions: sessionmaker[Session], settled: dict[int, Checked]
+) -> None:
+    """Its next full check would be as far ahead as the clock was."""
+    with sessions.begin() as session:
+        session.query(Message).delete()
+    check_buildings(sessions, SETTINGS, NOW - 5 * MINUTE, last=settled)
+    assert reported(sessions)
+
+
 def test_the_jobs_are_read_once_a_round_however_many_buildings_there_are(sessions: sessionmaker[Session]) -> None:
     numbers = []
     for _ in range(3):
