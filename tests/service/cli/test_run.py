@@ -36,7 +36,7 @@ def test_import_and_work_until_idle(sessions: sessionmaker[Session], database_ur
     imported = run(tmp_path, database_url, "import", "a.mseed", "b.mseed", "--building", "TOWER")
     assert imported.returncode == 1
     assert "a.mseed: read" in imported.stdout
-    assert "b.mseed: refused: b.mseed begins with b'hello'" in imported.stdout
+    assert "b.mseed: refused: b.mseed has an unknown format (it begins with b'hello')" in imported.stdout
     done = run(tmp_path, database_url, "work", "--until-idle").stdout
     assert done == "2 jobs done\n", "the analysis, and the look for drift that follows it"
     with sessions() as session:

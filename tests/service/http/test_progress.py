@@ -84,7 +84,7 @@ def test_a_ticked_box_outlives_the_work_and_its_event_is_left_out(url: str, sess
         page.get_by_role("button", name="Compare with every event").click()
         page.get_by_text("Events to hold out").click()
         page.locator("[name=hold_out_2]").check()
-        assert page.get_by_text("It has not been compared with any event yet").is_visible()
+        assert page.get_by_text("The model has not been compared with any event yet").is_visible()
         assert page.locator("#work progress").is_visible()
         assert not page.get_by_text("is not kept").is_visible(), "nothing has to be loaded again"
         page.evaluate(SEEN)
