@@ -44,7 +44,7 @@ def values_of(model: Isolator, deviations: Deviations) -> Iterator[Value]:
 def values_table(model: Isolator, deviations: Deviations) -> Table:
     """The same as a table of text."""
     rows = tuple(
-        (one.effect, one.parameter, one.value, *([one.std or "held"] if deviations else []), one.unit, one.meaning)
+        (one.effect, one.parameter, one.value, *([one.std or "fixed"] if deviations else []), one.unit, one.meaning)
         for one in values_of(model, deviations)
     )
     std = ["standard deviation"] if deviations else []

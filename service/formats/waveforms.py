@@ -17,7 +17,6 @@ from service.formats.trace import Contents, Trace
 from service.formats.units import Gain
 
 MINISEED = re.compile(rb"[0-9 \x00]{6}[DRQM][ \x00]")
-SAC_HEADER = 632  # bytes
 SAC_VERSION_AT = 304  # byte of NVHDR, which is 6 or 7
 
 OBJECT = re.compile(r"<[\w.]+ object at 0x[0-9a-fA-F]+>")

@@ -53,7 +53,7 @@ class Comparison:
     each: tuple[Compared, ...]
     """Comparisons with the requested events."""
     fails: tuple[str, ...]
-    """Where it fails, over all of them, in words."""
+    """Sentences about the failure of the model over all events."""
 
 
 def observed(inputs: EventInputs, directions: Sequence[str], reference: datetime) -> Observed:

@@ -158,7 +158,7 @@ class ProfileOut(Result):
 
 
 class FailureOut(Result):
-    """Where a model fails by more than noise."""
+    """The error of a model beyond noise, and the circumstances in which it occurs."""
 
     explanation: str
     is_noise: bool = Field(description="True if noise explains the whole error.")

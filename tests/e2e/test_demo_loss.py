@@ -57,7 +57,7 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_reported_as_new_onc
         assert (raised["id"], raised["kind"]) == (alert["id"], "deterioration")
         assert raised["evidence"]["drift"] == pytest.approx(-LOSS, abs=0.01)  # three times its 95 % interval
 
-    assert [mail["Subject"] for mail in box.mails] == [one["heading"] for one in reported], "both are told the same"
+    assert [mail["Subject"] for mail in box.mails] == [one["heading"] for one in reported], "the same headings"
     mail = box.mails[0]
     text, page = mail.get_body(("plain",)), mail.get_body(("html",))
     assert text is not None

@@ -19,7 +19,7 @@ from service.demo.stage import DATABASE
 
 PATIENCE = 120.0  # s: what the demonstration promises for its first page, with this machine's other work beside it
 PAUSE = 1 / 500
-"""Of the patience, between two questions: each takes processor time from the demonstration."""
+"""Pause between two requests, as a share of the patience: each takes processor time from the demonstration."""
 ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/(?!fdsnws)")
 Answer = TypeVar("Answer")
 

@@ -148,7 +148,7 @@ def test_an_address_that_is_refused_too_often_waits(
         answers = [api.post("/login", data={"key": f"mk_{number}"}) for number in range(ATTEMPTS + 2)]
         assert [one.status_code for one in answers] == [401] * ATTEMPTS + [429] * 2
         assert 0 < int(answers[-1].headers["retry-after"]) <= 60
-        assert api.post("/login", data={"key": key}).status_code == 429, "a guess is not told to be right"
+        assert api.post("/login", data={"key": key}).status_code == 429, "a right guess is refused like a wrong one"
         assert api.get("/api/v1/buildings", headers={"X-API-Key": key}).status_code == 200
     with sessions() as session:
         assert [one.details["session"] for one in session.query(AuditEntry)] == ["refused"] * ATTEMPTS
