@@ -97,6 +97,17 @@ def test_an_answer_that_is_not_taken_is_given_up(address: str, key: str) -> None
         assert 0.5 < lasts(connection, b"G", reads=False) < LATEST
 
 
+def test_a_body_does_not_wait_until_its_head_is_acknowledged(address: str) -> None:
+    """Clients acknowledge a head without its body after 40 ms."""
+    times = []
+    with httpx.Client(base_url=address) as client:
+        for _ in range(40):
+            started = monotonic()
+            assert client.get("/static/menshin.css").status_code == 200
+            times.append(monotonic() - started)
+    assert min(times[20:]) < 0.03, "clients acknowledge only the first heads at once"
+
+
 def test_silent_connections_keep_no_one_out(address: str) -> None:
     with ExitStack() as stack:
         for _ in range(3 * MOST_CONNECTIONS):
