@@ -65,6 +65,13 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.fixture
+def own_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A working folder of the test's own, and no settings of the user who runs it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MENSHIN_SETTINGS", raising=False)
+
+
+@pytest.fixture
 def database_kind(request: pytest.FixtureRequest) -> str:
     """SQLite or PostgreSQL."""
     found: str = request.param

@@ -1,7 +1,13 @@
-"""Sentences of the workbench about what remains once effects are added."""
+"""Sentences of the workbench: what remains once effects are added, and the explanation of an effect with its values."""
+
+import re
+
+import pytest
 
 from core.diagnosis.unexplained import Unexplained
-from core.workbench.texts import remaining
+from core.effect import Effect, LogNormal, Parameter
+from core.effects import EFFECTS
+from core.workbench.texts import explained, remaining
 
 
 def test_an_error_that_follows_the_motion_shows_that_the_model_is_incomplete() -> None:
@@ -18,3 +24,30 @@ def test_an_error_that_does_not_follow_the_motion_is_not_called_structure() -> N
         "With these effects, the error is still 1.4 times the noise. Less than 5.0 % of its power follows the motion, "
         "so these records do not show what else is missing."
     )
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_values_are_in_the_units_that_engineers_read(name: str) -> None:
+    effect = EFFECTS[name]
+    printed = explained(effect, {parameter.name: parameter.prior.median for parameter in effect.parameters})
+    assert not re.search(r"\d (N|m|kg)\b", printed), printed
+
+
+def test_a_value_has_its_unit_or_by_a_format_the_si_number() -> None:
+    """As an effect of one's own may have it either way."""
+    drag = Effect(
+        title="Water drag",
+        law=lambda v, drag, F_0: drag * v * abs(v) + F_0,
+        parameters=(
+            Parameter("drag", "N s2/m2", (0.0, 1e12), LogNormal(1e6, 2.0), "force at 1 m/s"),
+            Parameter("F_0", "N", (0.0, 1e9), LogNormal(1e5, 2.0), "always there"),
+        ),
+        absent={"drag": 0.0},
+        family="viscosity",
+        explanation="Water resists with {drag:.3g} N at 1 m/s, that is {drag}, and with {F_0} always.",
+        suspect_when="The pit is flooded.",
+        source="Morison et al. (1950), eq 2",
+    )
+    printed = explained(drag, {"drag": 1.25e6, "F_0": 123456.0})
+    assert printed == "Water resists with 1.25e+06 N at 1 m/s, that is 1,250,000 N s2/m2, and with 123 kN always."
+    assert explained(drag, None) == "Water resists with drag N at 1 m/s, that is drag, and with F_0 always."

@@ -13,15 +13,10 @@ from typer.testing import CliRunner
 
 from service.cli import app
 
+pytestmark = pytest.mark.usefixtures("own_settings")
+
 COLUMNS = ["time", "displacement", "displacement_std", "velocity", "velocity_std"]
 COLUMNS += ["force", "force_rigid", "force_modal", "force_std"]
-
-
-@pytest.fixture(autouse=True)
-def _own_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """No settings of the one who runs the tests."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MENSHIN_SETTINGS", raising=False)
 
 
 @pytest.fixture(scope="module")

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 from building_files import SMALL
-from click.testing import Result
-from typer.testing import CliRunner
+from command import menshin
 
 from core.effects import EFFECTS
 from core.paper import ISOLATOR
-from service.cli import app
 from service.models.model_file import read
+
+pytestmark = pytest.mark.usefixtures("own_settings")
 
 BOTH = f"""{SMALL}
 [[channel]]
@@ -20,17 +20,6 @@ direction = "y"
 quantity = "acceleration"
 """
 """With a sensor along y too."""
-
-
-@pytest.fixture(autouse=True)
-def _own_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """No settings of the one who runs the tests."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MENSHIN_SETTINGS", raising=False)
-
-
-def menshin(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [*map(str, arguments)])
 
 
 def test_the_first_model_has_the_design_values(tmp_path: Path) -> None:

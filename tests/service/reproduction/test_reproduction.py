@@ -31,7 +31,7 @@ from service.reproduction.real_tables import amplitude_tables, real_tables
 from service.reproduction.simulated import Simulated, default_ground, ground_of_file, simulated
 from service.reproduction.simulated_figures import force_figures, response_figures
 
-pytestmark = pytest.mark.slow  # one run of it all
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_settings")]  # slow: one run of it all
 
 DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "reference" / "reproduction.md"
 SECTION_7, SECTION_8 = tuple(range(6, 17)), tuple(range(18, 25))
@@ -40,13 +40,6 @@ UNITS = ("(s)", "(gal)", "(kN)", "(mm)", "(gal √t)", "(kN/mm)", "(kN s/mm)")
 
 def menshin(*arguments: object) -> Result:
     return CliRunner().invoke(app, ["reproduce", *map(str, arguments)])
-
-
-@pytest.fixture(autouse=True)
-def _own_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """No settings of the one who runs the tests."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MENSHIN_SETTINGS", raising=False)
 
 
 @pytest.fixture(scope="module")

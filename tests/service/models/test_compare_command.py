@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command import menshin
 from hidden.trial import Trial
 from markupsafe import escape
 
 from service.models.model_file import read
-from tests.service.models.workbench.conftest import menshin
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_settings")]
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command import menshin
 from hidden.trial import Trial
 
 from core.model.isolator import Isolator
 from service.models.model_file import ModelFile, read, written
-from tests.service.models.workbench.conftest import menshin, without_the_hidden
+from tests.service.models.conftest import without_the_hidden
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_settings")]
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 
 import pytest
+from command import menshin
 from hidden.trial import Trial
 
 from service.models.model_file import read
-from tests.service.models.workbench.conftest import menshin
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_settings")]
 
 
 def test_the_wall_is_added_where_it_stands(folder: Path, moat: Trial) -> None:
