@@ -1,13 +1,15 @@
 """Physical effects that a model lacks, and whether adding them helps.
 
 Effects are added one at a time, each time the best of those that are left, until the records support no more. Where
-there are several, each is then compared with all others once again. Whatever no effect explains is reported beside
-every name: if the library lacks the true effect, a wrong name is nearly always significant.
+there are several, each is then compared with all others once again and more are added, as long as the force's error
+falls. Whatever no effect explains is reported beside every name: if the library lacks the true effect, a wrong name is
+nearly always significant.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypeAlias
 
 import numpy as np
 
@@ -44,6 +46,10 @@ seeds of benchmarks.diagnosis."""
 MOST_UNEXPLAINED = 0.5
 """Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown. Chosen on
 even seeds of benchmarks.diagnosis."""
+
+
+Rank: TypeAlias = Callable[[Isolator], Ranking]
+"""Ranks the effects that a model is without."""
 
 
 class Outcome(Enum):
@@ -128,22 +134,23 @@ def diagnosed(
     """
     if not observations:
         raise RecordError("no earthquake is left for the diagnosis; give one that was analysed in this direction")
-    effects = tuple(EFFECTS) if effects is None else effects
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
-    first = last = ranked(by_noise, model, _absent(effects, model))
-    steps: list[Step] = []
-    while (more := _more(steps, last)) is not None:
-        steps.append(more)
-        report_step(f"{_named(steps)}; searching for another effect")
-        now = steps[-1].chosen.fit.model
-        last = ranked(by_noise, now, _absent(effects, now))
-    if len(steps) > 1:
-        steps, last = _swapped(by_noise, steps, last, effects, report_step)
-    steps, last = _without_idle(by_noise, steps, last, effects)
+    allowed_effects = sorted(EFFECTS if effects is None else effects)
+
+    def rank(now: Isolator) -> Ranking:
+        return ranked(by_noise, now, [name for name in allowed_effects if name not in now.effects])
+
+    first = rank(model)
+    steps, last = _added([], first, rank, report_step)
+    lowest = np.inf
+    while len(steps) > 1 and (now := error(last.data, last.base)) < LOWERS * lowest:
+        lowest = now
+        steps, last = _added(*_swapped(steps, last, rank, report_step), rank, report_step)
+    steps, last = _without_idle(by_noise, steps, last, rank)
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
     outcome = _outcome(steps, before, left, is_supported=bool(first.supported))
-    if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
+    if outcome is Outcome.NOTHING_MISSING and _is_off(first, first.base, model):
         outcome = Outcome.REFIT
     by_noise.memory.clear()
     return Diagnosis(
@@ -157,6 +164,18 @@ def diagnosed(
         first=first,
         last=last,
     )
+
+
+def _added(
+    steps: Sequence[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None]
+) -> tuple[list[Step], Ranking]:
+    """The steps and further ones, until the records support no more; and the last ranking."""
+    steps = list(steps)
+    while (more := _more(steps, last)) is not None:
+        steps.append(more)
+        report_step(f"{_named(steps)}; searching for another effect")
+        last = rank(more.chosen.fit.model)
+    return steps, last
 
 
 def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
@@ -184,30 +203,27 @@ def _is_another(step: Step) -> bool:
 
 
 def _swapped(
-    by_noise: FitData, steps: list[Step], last: Ranking, effects: Collection[str], report_step: Callable[[str], None]
+    steps: list[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None]
 ) -> tuple[list[Step], Ranking]:
     """Each effect but the last one added, once more against all others, now that those after it are there.
 
-    It is removed if the records support nothing in its place, and replaced if they support another effect.
+    It is removed if the records support nothing in its place, and replaced if they support another effect, or the same
+    effect at values that explain more: the values from before the later ones may lie in a local minimum of the misfit.
     """
     for step in tuple(steps[:-1]):
         report_step(f"{_named(steps)}; testing again {step.chosen.effect}, beside the later ones")
         without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
-        ranking = ranked(by_noise, without, _absent(effects, without))
+        ranking = rank(without)
         again = _step(ranking)
-        if again is not None and step.chosen.effect in {one.effect for one in again.alike}:
+        is_named = again is not None and step.chosen.effect in {one.effect for one in again.alike}
+        if again is not None and is_named and not _is_off(ranking, again.chosen.fit, last.base.model):
             continue
-        place = steps.index(step)
-        instead = [] if again is None else [again]
-        steps = [*steps[:place], *instead, *steps[place + 1 :]]
-        now = instead[0].chosen.fit.model if instead else ranking.base.model
-        last = ranked(by_noise, now, _absent(effects, now))
+        steps = [one for one in steps if one is not step] + ([] if again is None else [again])
+        last = rank(ranking.base.model if again is None else again.chosen.fit.model)
     return steps, last
 
 
-def _without_idle(
-    by_noise: FitData, steps: list[Step], last: Ranking, effects: Collection[str]
-) -> tuple[list[Step], Ranking]:
+def _without_idle(by_noise: FitData, steps: list[Step], last: Ranking, rank: Rank) -> tuple[list[Step], Ranking]:
     """The steps whose effects the force's error needs, those first that it needs most; and the last ranking.
 
     An effect that was added before another was exchanged may have lost its worth; and what is likely by the whitened
@@ -224,7 +240,7 @@ def _without_idle(
         if worth[steps[-1].chosen.effect] > 1 / LOWERS:
             break
         without = Isolator({n: v for n, v in now.items() if n != steps[-1].chosen.effect})
-        steps, last = steps[:-1], ranked(by_noise, without, _absent(effects, without))
+        steps, last = steps[:-1], rank(without)
     return steps, last
 
 
@@ -238,16 +254,11 @@ def _named(steps: Sequence[Step]) -> str:
     return ", ".join(f"step {number}: {step.chosen.effect}" for number, step in enumerate(steps, 1))
 
 
-def _is_off(ranking: Ranking, given: Isolator) -> bool:
+def _is_off(ranking: Ranking, fit: Fit, given: Isolator) -> bool:
     """True if the fitted values lower the error of the given ones by an amount that matters."""
-    data, fit = ranking.data, ranking.base
-    left = chi_square(data, given)
+    left = chi_square(ranking.data, given)
     evident = (left - fit.chi_square) / ranking.inflation > DECISIVE + len(fit.free) * np.log(ranking.independent)
     return bool(evident and left > (1 + WORTH) ** 2 * fit.chi_square)
-
-
-def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
-    return tuple(name for name in sorted(effects) if name not in model.effects)
 
 
 def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_supported: bool) -> Outcome:

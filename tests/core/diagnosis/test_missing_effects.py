@@ -72,6 +72,18 @@ def test_two_hidden_effects_are_both_named() -> None:
     ]
 
 
+def test_an_effect_whose_values_lie_in_a_local_minimum_is_fitted_again() -> None:
+    """The strong earthquake hides the date of a stiffness loss before it, until hardening has been added."""
+    hidden = {
+        "hardening": {"k3": 4e10, "k5": 5e12},
+        "stiffness_step": {"change": -0.2, "date": 45 * 86400.0, "width": 0.5},
+    }
+    seen = observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 335, (0.01, 0.03, 0.08, 0.03))
+    diagnosis = diagnosed(seen, BOUC_WEN, tuple(hidden))
+    assert [step.chosen.effect for step in diagnosis.steps] == ["hardening", "stiffness_step"]
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+
+
 @pytest.mark.parametrize(("k3", "named"), [(5e9, ["friction"]), (1.1e10, ["hardening", "friction"])])
 def test_a_weak_second_effect_is_named_once_most_of_what_stands_out_is_its_own(k3: float, named: list[str]) -> None:
     """It takes 7 % of what is left, which is nothing beyond the noise, and 24 %, which is all that is beyond it."""
