@@ -48,13 +48,13 @@ def test_where_static_interpolation_does_better_is_shown() -> None:
     )
 
 
-def test_what_the_filters_leave_stands_beside() -> None:
+def test_the_residual_of_the_filters_is_shown_beside_the_error() -> None:
     assert row(FILTERED, "in class") == ("93.00 (93.00)", "99.75 (99.75)", "99.40")
     assert row(FILTERED, "bent") == ("97.90 (97.90)", "**97.80** (97.80)", "-")
     assert row(TIMES, "cms") == ("100", "100")
 
 
-def test_only_what_stands_between_the_markers_is_written_anew() -> None:
+def test_only_the_text_between_the_markers_is_rewritten() -> None:
     page = f"before\n{BEGIN}\n\nold\n\n{END}\nafter\n"
     assert written_between_markers(page, "new") == f"before\n{BEGIN}\n\nnew\n{END}\nafter\n"
     with pytest.raises(ValueError, match="not enough values"):

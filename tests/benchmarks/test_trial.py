@@ -38,15 +38,15 @@ def test_what_needs_too_much_memory_is_refused() -> None:
     assert sole(Way("large", "numpy", large)) == Refusal("needs more than 8 GB")
 
 
-def test_what_fails_says_how() -> None:
+def test_a_failed_trial_gives_its_reason() -> None:
     assert sole(Way("failing", "numpy", failing)) == Refusal("ValueError: no such order")
 
 
-def test_a_peer_that_is_missing_is_reported_as() -> None:
+def test_a_missing_package_is_a_refusal() -> None:
     assert sole(Way("missing", "no_such_package.at_all", failing)) == Refusal("not installed")
 
 
-def test_one_refusal_does_not_keep_others_from_their_turn() -> None:
+def test_the_trials_after_a_refusal_still_run() -> None:
     found = trials([Way("failing", "numpy", failing), Way("one", "numpy", lambda: 1.0)], LIMITS, rounds=1)
     assert list(found) == ["failing", "one"]
     assert isinstance(found["one"], Trial)

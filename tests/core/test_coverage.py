@@ -89,7 +89,7 @@ def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> N
     assert all(one.width < 2.0 * one.error for one in covereds)
 
 
-def test_the_force_where_left_out_floors_show_noise_alone() -> None:
+def test_the_force_where_omitted_floors_show_noise_alone() -> None:
     """The demonstration has sensors with little noise and a building of the model's class."""
     _, result = demonstration_coverage(0)
     for _, strong in result.values():

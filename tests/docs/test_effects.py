@@ -1,4 +1,4 @@
-"""The page of effects says what the effects are, and shows each."""
+"""The page of effects matches the effects and shows each one."""
 
 import importlib.util
 from pathlib import Path

@@ -17,7 +17,7 @@ NUMBER = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 def assert_alike(now: str, before: str) -> None:
-    """The same words; numbers within 2 %, as another machine rounds otherwise."""
+    """The same words; numbers within 2 %, because machines round differently."""
     assert NUMBER.sub("#", now).split() == NUMBER.sub("#", before).split()
     for one, other in zip(NUMBER.findall(now), NUMBER.findall(before), strict=True):
         values = [float(text.replace("−", "-").replace(",", "")) for text in (one, other)]

@@ -1,4 +1,4 @@
-"""The example of a receiver in docs/operate/messages.md does what it says, with what is really sent."""
+"""The example receiver in docs/operate/messages.md accepts and rejects real messages as documented."""
 
 import re
 from collections.abc import Callable, Mapping

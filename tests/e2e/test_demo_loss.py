@@ -1,4 +1,4 @@
-"""`menshin demo --stiffness-loss` as its spectator runs it: the messages about the loss."""
+"""`menshin demo --stiffness-loss` as a user runs it: the messages about the loss."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A drill the whole way: the real command, the real notifier, a mail server and a program that checks signatures."""
+"""A drill from end to end: the real command, the real notifier, a mail server and a program that checks signatures."""
 
 import json
 import os

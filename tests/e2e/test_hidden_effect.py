@@ -1,4 +1,4 @@
-"""An engineer's calls: from the records of a layer in which something is hidden to a model that predicts better."""
+"""An engineer's API calls: from the records of a layer with a hidden effect to a model that predicts better."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,7 +25,7 @@ from service.settings import Settings
 pytestmark = pytest.mark.slow
 
 BROUGHT = slice(1, 4)
-"""Earthquakes of the trial; the last of them is left out of every fit."""
+"""Earthquakes of the trial; the last one is held out of every fit."""
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ class Engineer:
 
 @contextmanager
 def engineer(of: Trial, folder: Path) -> Iterator[Engineer]:
-    """At a service that has the building's records, as files that were brought, with a worker process of its own."""
+    """A client of a service with uploaded records of the building and a worker process of its own."""
     address = f"sqlite:///{folder / 'menshin.sqlite'}"
     settings = Settings(database_url=address, event_grace=0, settle_time=0, workers=1)
     records = files.write(of, folder)[BROUGHT]

@@ -24,7 +24,7 @@ PATIENCE = 60.0
 """s."""
 
 
-def test_a_loss_of_eight_percent_is_reported_once_in_words_for_everybody_and_signed_for_programs(
+def test_a_loss_of_eight_percent_is_reported_once_by_mail_and_in_a_signed_request(
     tmp_path: Path,
 ) -> None:
     url = databases.sqlite(tmp_path)

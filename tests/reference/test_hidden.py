@@ -197,7 +197,7 @@ def test_a_late_sensor_is_late_by_what_is_stated() -> None:
     np.testing.assert_allclose(late[200:-200], np.sin(6 * np.pi * (time - 0.013))[200:-200], atol=2e-3)
 
 
-def test_what_is_described_is_off_only_where_the_case_says_so() -> None:
+def test_a_description_is_wrong_only_where_the_case_specifies_it() -> None:
     def masses(text: str) -> tuple[float, float]:
         described = made(text).description
         true = made(text).building.superstructure.total_mass

@@ -8,7 +8,7 @@ from pathlib import Path
 import paper_records
 from alert_candidates import DAY, START, softer_isolators
 from sqlalchemy import select, update
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts.candidates import AlertCandidate
 from service.alerts.reconciliation import reconcile
@@ -142,3 +142,15 @@ def with_events(found: AlertCandidate, onset: int, raised: int, events: tuple[in
         raised_event_id=events[raised],
         event_ids=events[onset : raised + 1],
     )
+
+
+def states(sessions: sessionmaker[Session]) -> dict[str, str]:
+    """State of each alert by its cause."""
+    with sessions() as session:
+        return {alert.cause: alert.state for alert in session.query(Alert)}
+
+
+def reported(sessions: sessionmaker[Session]) -> list[tuple[str, str, str]]:
+    """Kind, sequence and severity of each message, the oldest first."""
+    with sessions() as session:
+        return [(one.kind, one.sequence, one.severity) for one in session.query(Message).order_by(Message.id)]

@@ -27,7 +27,7 @@ def printed(result: Failure) -> str:
 
 @few
 @given(seed=seeds)
-def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
+def test_pure_noise_has_no_significant_region(seed: int) -> None:
     failing = failed(comparisons_with_error(no_error, seed))
     assert failing.is_noise
     assert failing.regions == ()
@@ -187,7 +187,7 @@ def test_an_error_of_one_frequency_is_in_its_octave() -> None:
     assert within.share.value > 0.98
 
 
-def test_covariates_that_never_change_are_left_out() -> None:
+def test_constant_covariates_are_omitted() -> None:
     names = {one.name for one in covariates([one.observation for one in comparisons_with_error(no_error)])}
     assert {"temperature", "vertical load", "other direction"}.isdisjoint(names)
     assert {"amplitude", "velocity", "phase", "travel", "cycle", "largest past displacement"} <= names
@@ -221,7 +221,7 @@ def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice)
     assert printed(failing)
 
 
-def test_octaves_in_which_the_noise_is_not_known_are_left_out() -> None:
+def test_octaves_with_unknown_noise_are_omitted() -> None:
     (profile,) = [one for one in failed(comparisons_with_error(no_error)).profiles if one.name == "frequency"]
     assert profile.bins[0].low == 0.2
     assert [one.noise_ratio for one in profile.bins] == pytest.approx([1.0] * len(profile.bins), abs=0.35)

@@ -86,7 +86,7 @@ def test_an_erring_sensor_that_stays_in_use_is_all_that_is_stated() -> None:
     assert causes(LATE, SOFT, 1.15) == [Cause.SENSOR]
 
 
-def test_a_sensor_that_was_left_out_does_not_hide_the_rest() -> None:
+def test_an_excluded_sensor_does_not_hide_the_others() -> None:
     clipped = Finding("clipping", "warning", "lies flat at 3 m/s²", ROOF, 3.0)
     assert causes(SOUND, SOFT, 1.15, clipped) == [Cause.SENSOR, Cause.SUPERSTRUCTURE, Cause.MASS]
 
@@ -100,7 +100,7 @@ def test_a_softened_storey_is_named_with_what_it_lost() -> None:
 
 
 @pytest.mark.parametrize(("mass", "printed"), [(1.12, "too large"), (0.88, "too small")])
-def test_a_wrong_mass_says_what_it_cannot_be_distinguished_from(mass: float, printed: str) -> None:
+def test_a_wrong_mass_names_its_alternatives(mass: float, printed: str) -> None:
     (fault,) = building_faults(earthquakes(SOUND, np.zeros(7)), described(), fitted(mass))
     assert (fault.cause, fault.kind, fault.channel) == (Cause.MASS, "mass", None)
     assert fault.std is not None

@@ -32,7 +32,7 @@ def test_noise_holds_none(seed: int) -> None:
     assert share(observations(BOUC_WEN, NOISE, seed, peaks=(0.02, 0.06))) < NOTHING
 
 
-def test_the_more_a_force_of_the_motion_stands_out_the_larger_the_share() -> None:
+def test_the_share_grows_with_the_force_that_follows_the_motion() -> None:
     """A cubic force, which is among the regressors; most of it is what the model's own stiffness cannot do."""
     results = []
     for size in (0.5, 1.0, 4.0):

@@ -64,7 +64,7 @@ def test_rejected_events_give_nothing_of_the_layer() -> None:
     assert {measured.event for measured in series["gain", BASE].measurements} == {0, 1}
 
 
-def test_modes_at_other_floors_than_the_latest_are_left_out() -> None:
+def test_modes_at_other_floors_than_the_latest_are_omitted() -> None:
     *earlier, last = stored_histories.store_history(4)
     result = last.directions["x"]
     modes = tuple(replace(mode, shape=np.append(mode.shape, 1.0)) for mode in result.restoring_force.modes)

@@ -25,7 +25,7 @@ def test_a_time_needs_its_zone() -> None:
         Measurement(1, datetime(2020, 5, 1), 1.0, 0.1)  # noqa: DTZ001  refused without its zone
 
 
-def test_measurements_without_logarithm_or_amplitude_are_left_out() -> None:
+def test_measurements_without_logarithm_or_amplitude_are_omitted() -> None:
     kept = measurement()
     others = (measurement(value=-1e8), measurement(std=6e7), measurement(amplitude=None), measurement(amplitude=0.0))
     arrays, dated = series_arrays(Series("stiffness", "x", (kept, *others)))

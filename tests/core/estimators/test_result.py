@@ -75,7 +75,7 @@ def test_nothing_is_stated_where_assumptions_hold_or_none_was_needed() -> None:
     assert assessment_findings(None, "x") == ()
 
 
-def test_a_fallback_is_a_warning_that_says_why() -> None:
+def test_a_fallback_is_a_warning_with_its_reason() -> None:
     (result,) = assessment_findings(replace(EXPLAINS, fallback="left-out floors are predicted badly"), "y")
     assert result.severity == "warning"
     assert result.message.startswith(
@@ -94,7 +94,7 @@ def test_information_is_what_the_record_adds(floors: int, seed: int, spread: flo
     assert result == pytest.approx(added, rel=1e-6, abs=1e-8 * np.abs(added).max())
 
 
-def test_a_record_that_says_nothing_of_a_storey_adds_nothing() -> None:
+def test_a_record_without_information_on_a_storey_adds_nothing() -> None:
     prior_covariance = np.diag([0.09, 0.04])
     known = StoreyStiffness(np.zeros(2), np.diag([0.0001, 0.04]), prior_covariance).information
     assert known == pytest.approx(np.diag([1e4 - 1 / 0.09, 0.0]), abs=1e-9)

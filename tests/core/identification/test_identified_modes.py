@@ -78,7 +78,7 @@ def test_white_noise_has_no_modes() -> None:
     assert identified <= 1
 
 
-def test_refuses_a_dead_channel_and_says_what_would_do() -> None:
+def test_refuses_a_dead_channel_with_a_remedy() -> None:
     channels = record(np.random.default_rng(3), [0, 3, 7])
     with pytest.raises(IdentificationError, match="a channel does not move"):
         identified_modes(channels[0], 0 * channels[1:], 100.0, Identification())

@@ -72,7 +72,7 @@ def test_diagram_of_one_mode_in_noise() -> None:
     assert (mode.frequency, mode.damping_ratio) == (pytest.approx(2.0, rel=1e-3), pytest.approx(0.02, rel=2e-2))
 
 
-def test_orders_beyond_the_data_are_left_out() -> None:
+def test_orders_beyond_the_data_are_skipped() -> None:
     rng = np.random.default_rng(13)
     u = rng.standard_normal((1, 500))
     y = 2 * signal.lfilter([0, 1], [1, -pole(0).eigenvalue], u).real

@@ -163,7 +163,7 @@ def test_is_the_least_squares_fit() -> None:
     assert [cosine(row, u[0]) for row in misfit] == pytest.approx([0, 0], abs=1e-8)
 
 
-def test_modes_that_grow_are_left_out() -> None:
+def test_unstable_modes_are_omitted() -> None:
     rng = np.random.default_rng(5)
     u, w = rng.standard_normal((1, 300)), 0.95 * np.exp(0.5j)
     y = signal.lfilter([0, 1], [1, -w], u).real

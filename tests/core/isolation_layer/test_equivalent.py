@@ -83,7 +83,7 @@ def test_what_is_mostly_rest_or_mixes_two_frequencies_is_no_cycle() -> None:
         assert len([1 for start, _ in cycles(three, 0.01) if abs(start - 400) < 2]) == count
 
 
-def test_a_segment_that_does_not_determine_its_stiffness_is_left_out() -> None:
+def test_a_segment_that_does_not_determine_its_stiffness_is_omitted() -> None:
     time = np.arange(2000) / 100
     motion = Motion(np.sin(np.pi * time + 1), np.pi * np.cos(np.pi * time + 1))
     noise = np.random.default_rng(9).standard_normal(time.size)

@@ -101,7 +101,7 @@ def test_the_load_rises_with_the_slabs_upward_acceleration() -> None:
 
 
 @pytest.mark.parametrize(("levels", "used"), [(("ground", "RF"), "RF"), (("ground",), "ground")])
-def test_another_level_stands_in_and_is_named(levels: tuple[str, ...], used: str) -> None:
+def test_a_substitute_level_is_used_and_named(levels: tuple[str, ...], used: str) -> None:
     load, findings = axial_load(record(*levels), paper(), BAND)
     assert load is not None
     assert load.level == used

@@ -29,7 +29,7 @@ def test_without_design_values_the_model_is_linear_and_all_of_it_assumed() -> No
     assert model.assumed == ("c_b", "k_b")
 
 
-def test_the_assumed_layer_has_the_period_and_damping_it_says() -> None:
+def test_the_assumed_layer_has_the_stated_period_and_damping() -> None:
     """3 s and 10 %: k = M ω², c = 2 ζ M ω; 0.5 % each, since they are given to three digits."""
     effects = first_model(designed()).isolator.effects
     k, c = effects["elastic"]["k_b"], effects["viscous"]["c_b"]

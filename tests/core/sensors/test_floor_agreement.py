@@ -71,6 +71,6 @@ def test_too_short_a_record_is_refused() -> None:
         floor_agreement(base[:900], floors[:, :900], RATE)
 
 
-def test_a_record_that_begins_in_motion_says_nothing() -> None:
+def test_a_record_that_begins_in_motion_gives_no_finding() -> None:
     base, floors = consistent_sensors.floor_sensors(np.random.default_rng(4), 0.03, NOTHING)
     assert floor_agreement(base[2500:], floors[:, 2500:], RATE) is None

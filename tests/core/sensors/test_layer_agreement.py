@@ -67,14 +67,14 @@ def test_a_transducer_that_reads_too_much_is_both_sides_reading_too_little() -> 
     )
 
 
-def test_too_short_a_record_says_nothing() -> None:
+def test_too_short_a_record_gives_no_finding() -> None:
     displacement, base, ground = consistent_sensors.layer_sensors(np.random.default_rng(4), 0.03, NOTHING)
     assert layer_agreement(displacement[:1100], base[:1100], ground[:1100], RATE) is None
     with pytest.raises(RecordError, match="10 s"):
         layer_agreement(displacement[:900], base[:900], ground[:900], RATE)
 
 
-def test_noise_alone_says_nothing() -> None:
+def test_noise_alone_gives_no_finding() -> None:
     """A loose cable: the noise of the record's end is that of its middle, and explains all of it."""
     rng = np.random.default_rng(5)
     displacement, base, _ = consistent_sensors.layer_sensors(rng, 0.03, NOTHING)

@@ -112,7 +112,7 @@ def test_without_transducers_the_ground_is_judged_across_the_layer(degrees: floa
 
 
 @pytest.mark.parametrize("sensor", [BASE, ROOF])
-def test_axes_turned_and_mirrored_are_left_out(sensor: str) -> None:
+def test_rotated_and_mirrored_axes_are_excluded(sensor: str) -> None:
     description, samples = biaxial_records()
     samples = turned(samples, sensor, 30.0)
     samples[f"{sensor}Y"] = -samples[f"{sensor}Y"]

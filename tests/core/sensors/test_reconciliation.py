@@ -83,7 +83,7 @@ def test_one_motion_is_left_for_each_level_quantity_and_direction() -> None:
         assert measured == pytest.approx(truth, abs=6 * torsion_building.TRANSDUCER_NOISE)
 
 
-def test_a_reversed_neighbour_is_left_out_and_the_other_stands_for_the_slab() -> None:
+def test_a_reversed_neighbour_is_excluded_and_the_other_represents_the_slab() -> None:
     samples = torsion_building.records(2)
     samples["XX.PAPER.B.HYX"] = -samples["XX.PAPER.B.HYX"]
     reported = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)

@@ -43,7 +43,7 @@ def test_a_steady_drift_is_detected(peak: float, share: float, seed: int) -> Non
     assert reported.change < share * peak + 3 * reported.std
 
 
-def test_a_record_without_rest_says_nothing() -> None:
+def test_a_record_without_rest_gives_no_finding() -> None:
     assert baseline_drift(np.sin(2 * np.pi * 0.5 * TIME), RATE) is None
 
 

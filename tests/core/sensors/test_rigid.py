@@ -148,7 +148,7 @@ def test_what_is_no_rigid_motion_is_detected_and_with_enough_sensors_named(corne
     assert finding.channel == (f"{LAYER}XA" if corners == 3 else None)
 
 
-def test_too_short_a_record_says_nothing() -> None:
+def test_too_short_a_record_gives_no_finding() -> None:
     description, samples = with_corners(BASE, 2)
     short = {name: values[: round(5 * RATE)] for name, values in samples.items()}
     assert unlike_neighbours(record_with(description, short), description) == ()

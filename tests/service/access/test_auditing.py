@@ -63,7 +63,7 @@ def test_what_a_person_changes_by_a_form_is_kept(database_url: str, sessions: se
     ]
 
 
-def test_the_entry_stands_and_falls_with_the_change(sessions: sessionmaker[Session]) -> None:
+def test_an_audit_entry_is_stored_only_if_the_change_commits(sessions: sessionmaker[Session]) -> None:
     writing = audited(sessions, lambda: AuditContext("Jo", "here", "POST", "/", {}), lambda: NOW)
     with writing.begin() as session:
         session.scalars(select(Building)).all()

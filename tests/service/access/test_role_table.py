@@ -199,7 +199,7 @@ def test_every_route_has_its_role(url: str) -> None:
 
 
 @pytest.mark.parametrize("route", LEAST)
-def test_a_route_lets_in_its_role_and_those_above(
+def test_a_route_admits_its_role_and_higher_ones(
     api: TestClient, key: dict[Role | None, dict[str, str]], route: str
 ) -> None:
     method, path = route.split()

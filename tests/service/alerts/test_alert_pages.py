@@ -101,7 +101,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
         assert reading.post("/alerts/2/acknowledge", data={"note": "x"}).status_code == 403
 
 
-def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
+def test_ending_an_alert_ends_its_parts_and_shows_the_consequences_first(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     """A loss in both directions: one alert, dated between two earthquakes; its end, and the drift page after it."""

@@ -77,7 +77,7 @@ def test_alerts_are_listed_and_filtered(api: TestClient, code: str) -> None:
     assert [line["summary"] for line in lines] == [one["summary"] for one in every]
 
 
-def test_an_alert_shows_its_evidence_its_history_and_who_was_reported(api: TestClient) -> None:
+def test_an_alert_shows_its_evidence_history_and_recipients(api: TestClient) -> None:
     found = api.get(f"{ALERTS}/1").json()
     assert found["evidence"]["drift"] == -0.08
     assert [(one["state"], one["by"]) for one in found["changes"]] == [("active", None)]

@@ -66,7 +66,7 @@ def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_su
     assert reported.data["residual_displacement"] == {"x": value}
 
 
-def test_a_new_analysis_is_reported_only_if_it_says_something_else(session: Session, of: Building) -> None:
+def test_a_new_analysis_is_reported_only_if_its_result_differs(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, 0.0237)
     write_event_message(session, event.id, AGE, START + SOON)
     analysed(session, event, START + 2 * SOON, 0.0237 + 1e-6)
@@ -127,7 +127,7 @@ def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, 
     assert "Also open at the building: stiffness of the isolators." in reported.sentences[-1]
 
 
-def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Building) -> None:
+def test_a_new_event_mentions_silenced_alerts(session: Session, of: Building) -> None:
     raise_softening(session, of)
     now = START + 3 * DAY
     operator_actions.silence(session, of, "stiffness/x", now + DAY, "a load test", "Jo", now)
@@ -139,7 +139,7 @@ def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Bui
     assert reported.data["alerts"] == []
 
 
-def test_a_later_event_names_what_still_stands_and_is_not_reported_again_for_it(session: Session, of: Building) -> None:
+def test_a_later_event_names_active_alerts_without_reporting_them_again(session: Session, of: Building) -> None:
     raise_softening(session, of)
     later = earthquake(session, of, START + 10 * DAY)
     now = START + 10 * DAY + SOON

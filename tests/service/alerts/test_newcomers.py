@@ -79,7 +79,7 @@ def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]
         yield Stage(sessions, api, box, settings, code)
 
 
-def test_a_message_to_no_one_is_stored_listed_and_says_why(stage: Stage) -> None:
+def test_a_message_without_recipient_is_stored_and_listed_with_the_reason(stage: Stage) -> None:
     alert = stage.api.get("/api/v1/alerts").json()["items"][0]["id"]
     assert "Not sent: no recipients" in stage.api.get(f"/alerts/{alert}").text
     (reported,) = stage.api.get(f"/api/v1/alerts/{alert}").json()["told"]

@@ -99,7 +99,7 @@ def test_repeating_changes_nothing(sessions: sessionmaker[Session]) -> None:
             assert {row[1] for row in open_alerts(session, of)} == {"on_hold", "active"}
 
 
-def test_a_sensor_that_is_settled_lets_the_drift_fire(sessions: sessionmaker[Session]) -> None:
+def test_drift_raises_an_alert_once_the_sensor_finding_is_resolved(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = building(session)
         events = three_earthquakes(session, of)

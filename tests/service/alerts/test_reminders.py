@@ -82,7 +82,7 @@ def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
             )
 
 
-def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
+def test_a_reminder_names_the_alert_its_age_and_what_to_do() -> None:
     waiting = [untaken(START), untaken(START, id=6, cause="source", kind="data", summary="The server is silent")]
     printed = reminder_content(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
     assert (printed.sequence, printed.kind, printed.severity, printed.is_over) == ("repeat", "alert", "alarm", False)
@@ -129,7 +129,7 @@ def looked(sessions: sessionmaker[Session], settings: Settings, *days: float) ->
         return found
 
 
-def test_those_who_were_reported_are_reminded_every_week_until_someone_takes_it_on(
+def test_recipients_are_reminded_every_week_until_someone_acknowledges(
     sessions: sessionmaker[Session], of: Building
 ) -> None:
     assert looked(sessions, SETTINGS, 0, 1, 6.9) == []

@@ -89,7 +89,7 @@ def _expected(made: list[Event], number: int) -> tuple[int | None, int | None]:
     return before[0].id if before else None, after[0].id if after else None
 
 
-def test_an_earthquake_that_could_not_be_used_says_why(database_url: str, stored: Session, of: Building) -> None:
+def test_a_rejected_earthquake_shows_the_reason(database_url: str, stored: Session, of: Building) -> None:
     event = earthquake(stored, of, START)
     analysed(stored, event, START, refusal="the base slab's record is missing")
     page = shown(database_url, stored, f"/events/{event.id}")

@@ -113,7 +113,7 @@ def test_each_mode_is_one_track_over_all_events(watched: str) -> None:
         assert api.get("/api/v1/buildings/NOBODY/mode-tracks").status_code == 404
 
 
-def test_events_before_a_level_was_added_are_left_out(watched: str, sessions: sessionmaker[Session]) -> None:
+def test_events_before_a_level_was_added_are_omitted(watched: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         for one in session.query(ModeResult).join(DirectionResult).filter(DirectionResult.start < START + timedelta(1)):
             one.shape = {"2F": 0.1, "RF": 1.0}

@@ -98,7 +98,7 @@ def test_histories_that_a_comparison_refers_to_stay(sessions: sessionmaker[Sessi
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("analysed_twice")
-def test_the_command_says_what_it_would_delete(
+def test_a_dry_run_lists_what_the_command_would_delete(
     sessions: sessionmaker[Session], database_url: str, tmp_path: Path
 ) -> None:
     assert "is not set" in run(tmp_path, database_url, "prune").stdout

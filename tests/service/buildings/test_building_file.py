@@ -314,7 +314,7 @@ def test_bad_syntax_is_named_with_its_line() -> None:
     value=st.sampled_from(["1", '"x"', "[]", "[1, 2, 3]", "[[], []]", "{}", "{x = 1}", "[{}, {}, {}]", "true"]),
     key=st.sampled_from(["level", "channel", "isolation", "source", "code", "timezone"]),
 )
-def test_whatever_stands_for_a_table_is_a_problem_not_a_crash(key: str, value: str) -> None:
+def test_any_value_in_place_of_a_table_is_a_problem_not_a_crash(key: str, value: str) -> None:
     assert problems(f"{key} = {value}")
 
 

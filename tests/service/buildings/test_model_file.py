@@ -59,7 +59,7 @@ def test_what_is_written_is_read_as_the_same(model: ModelFile) -> None:
     assert read(written(model)) == model
 
 
-def test_a_file_says_what_its_numbers_are() -> None:
+def test_a_file_explains_its_numbers() -> None:
     assert "k_b = 475e6  # N/m, stiffness of the rubber after yield" in TEXT
     assert "[effects.elastic]  # Elastic stiffness" in TEXT
     assert tomllib.loads(TEXT)["effects"]["bouc_wen"]["F_y"] == 655.4e3
@@ -121,7 +121,7 @@ def test_a_wrong_standard_deviation_is_named(table: str, message: str) -> None:
     value=st.sampled_from(["1", '"x"', "[]", "[[], []]", "{}", "{x = 1}", "{elastic = 1}", "{elastic = {k_b = {}}}"]),
     key=st.sampled_from(["effects", "standard_deviations", "building", "reference", "fitted_to"]),
 )
-def test_whatever_stands_for_a_table_is_a_problem_not_a_crash(key: str, value: str) -> None:
+def test_any_value_in_place_of_a_table_is_a_problem_not_a_crash(key: str, value: str) -> None:
     assert problems(f"{key} = {value}")
 
 

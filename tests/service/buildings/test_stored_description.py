@@ -27,7 +27,7 @@ WITH_MORE = SMALL.replace('kind = "folder"\nlocation = "records"\n', SERVER) + R
 
 
 @pytest.mark.parametrize("text", [SMALL, WITH_MORE], ids=["small", "with a server and a recipient"])
-def test_what_was_stored_is_what_the_file_says(text: str) -> None:
+def test_the_stored_description_equals_the_file(text: str) -> None:
     assert description.restored(description.stored(text), FOLDER) == description.read(text, FOLDER)
 
 

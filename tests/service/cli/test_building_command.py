@@ -47,7 +47,7 @@ def test_a_building_is_added_once(folder: Path) -> None:
     assert "exists already" in again.output
 
 
-def test_a_wrong_file_adds_nothing_and_says_all_that_is_wrong(folder: Path) -> None:
+def test_a_wrong_file_adds_nothing_and_lists_every_problem(folder: Path) -> None:
     wrong = SMALL.replace("mass = 2.3e6", "mass = -1.0").replace('"Asia/Tokyo"', '"Mars"')
     (folder / "building.toml").write_text(wrong, "utf-8")
     done = building("add", folder / "building.toml")

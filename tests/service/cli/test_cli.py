@@ -23,7 +23,7 @@ def commands(path: str = "menshin", command: object = None) -> Iterator[tuple[st
 
 
 @pytest.mark.parametrize(("path", "command"), tuple(commands()))
-def test_every_command_argument_and_option_says_what_it_is(path: str, command: object) -> None:
+def test_every_command_argument_and_option_has_a_help_text(path: str, command: object) -> None:
     assert getattr(command, "help", None), path
     for parameter in getattr(command, "params", ()):
         assert getattr(parameter, "help", None), f"{path} {parameter.name}"

@@ -49,7 +49,7 @@ def older(url: str) -> str:
     return url
 
 
-def test_every_command_says_that_it_may_not_use_its_database(folder: Path) -> None:
+def test_every_command_reports_that_it_may_not_use_its_database(folder: Path) -> None:
     cases = {
         database(folder / "locked" / "menshin.sqlite"): CLOSED,
         database(folder / "closed-file.sqlite"): CLOSED,

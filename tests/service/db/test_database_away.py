@@ -31,7 +31,7 @@ def test_a_database_that_is_away_is_worth_asking_again(stoppable_postgres: "Post
         assert api.get(BUILDINGS).status_code == 200
 
 
-def test_a_part_says_once_that_the_database_is_away_and_once_that_it_is_back(
+def test_a_process_logs_once_that_the_database_is_away_and_once_that_it_is_back(
     stoppable_postgres: "PostgresServer", caplog: pytest.LogCaptureFixture
 ) -> None:
     sessions = opened.sessions(stoppable_postgres.get_uri())

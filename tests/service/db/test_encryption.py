@@ -105,7 +105,7 @@ def test_a_missing_or_wrong_key_is_stated_in_words(
         assert "hunter2" not in str(raised.value)
 
 
-def test_a_page_that_needs_a_secret_says_that_the_key_is_missing(
+def test_a_page_that_needs_a_secret_reports_the_missing_key(
     sessions: sessionmaker[Session], database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(VARIABLE, new_key())

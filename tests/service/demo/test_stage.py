@@ -105,7 +105,7 @@ def test_records_as_files_are_what_the_server_holds(tmp_path: Path) -> None:
     )
 
 
-def test_the_next_earthquake_waits_until_its_record_stands_alone(tmp_path: Path) -> None:
+def test_the_next_earthquake_waits_until_records_no_longer_overlap(tmp_path: Path) -> None:
     now = NOW + timedelta(hours=1)
     started = stage(tmp_path)
     fresh = started.strike(now)

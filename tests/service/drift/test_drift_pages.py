@@ -47,7 +47,7 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         assert api.get("/charts/drift.svg?building=PAPER&quantity=gain", headers=known).status_code == 304
 
 
-def test_what_both_directions_show_together_stands_beside_each(
+def test_the_result_for_both_directions_is_shown_beside_each(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     """A loss in both."""

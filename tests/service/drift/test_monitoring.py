@@ -155,7 +155,7 @@ def test_events_that_come_late_show_no_one_again_of_what_was_reported(
     assert reported[-1].data["alerts"][0]["began_at"] == stored_histories.start(21).isoformat()
 
 
-def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
+def test_a_sensor_finding_excludes_its_events_values_and_is_reported(
     sessions: sessionmaker[Session], building: int
 ) -> None:
     """But for a sensor that was not recorded at all."""

@@ -76,7 +76,7 @@ def test_several_channels_of_three_series_each_in_one_file() -> None:
 @pytest.mark.parametrize(
     ("layout", "digit"), [("8F10.5", 0.0), ("1E15.6", 5e-6), ("6F13.9", 0.0), ("8F10.3", 5e-4), ("6E12.3", 5e-3)]
 )
-def test_numbers_stand_as_the_format_says(layout: str, digit: float) -> None:
+def test_numbers_follow_the_declared_format(layout: str, digit: float) -> None:
     """Equal to half of the last digit that the format prints of numbers below 100."""
     (trace,) = traces(record(layout=layout))
     np.testing.assert_allclose(trace.numbers, wave(20), rtol=0, atol=digit * 1.001)
@@ -215,7 +215,7 @@ def test_a_line_lost_anywhere_is_refused_or_changes_nothing(lost: int) -> None:
 
 
 @given(st.integers(0, len(record()) - 1), st.characters(max_codepoint=255))
-def test_whatever_stands_anywhere_nothing_but_a_refusal_comes_of_it(place: int, character: str) -> None:
+def test_any_character_anywhere_is_read_or_refused(place: int, character: str) -> None:
     text = record()
     try:
         (trace,) = traces(text[:place] + character + text[place + 1 :])

@@ -22,7 +22,7 @@ def test_a_gain_is_the_units_size_over_the_sensitivity(sensitivity: float, unit:
     assert contents.gains == {"XX.TOWER.01.HNX": gain}
 
 
-def test_a_channel_of_another_unit_is_left_out_with_a_remark() -> None:
+def test_a_channel_of_another_unit_is_omitted_with_a_note() -> None:
     contents = read("station.xml", stationxml(("01", 1.0, "M/S**2"), ("02", 1.0, "V"), ("03", 1.0, None)), {})
     assert list(contents.gains) == ["XX.TOWER.01.HNX"]
     unit, response = contents.remarks

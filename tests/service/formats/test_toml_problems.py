@@ -42,7 +42,7 @@ def test_the_line_where_a_key_begins(path: tuple[str | int, ...], line: int) -> 
 
 
 @given(blank=st.integers(0, 20), rows=st.integers(1, 6), data=st.data())
-def test_any_row_is_detected_wherever_it_stands(blank: int, rows: int, data: st.DataObject) -> None:
+def test_any_row_is_detected_at_any_position(blank: int, rows: int, data: st.DataObject) -> None:
     text = "\n" * blank + "".join(f"[[row]]\nv = {n}\n" for n in range(rows))
     row = data.draw(st.integers(0, rows - 1))
     assert tomllib.loads(text)["row"][row] == {"v": row}

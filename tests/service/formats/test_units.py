@@ -34,7 +34,7 @@ def test_a_unit_is_known_however_it_is_spelled(unit: str) -> None:
 
 
 @pytest.mark.parametrize("unit", ["", "  ", "V", "counts", "K", "m/s**3", "ft"])
-def test_any_other_unit_is_refused_with_those_that_would_do(unit: str) -> None:
+def test_any_other_unit_is_refused_with_a_list_of_valid_ones(unit: str) -> None:
     with pytest.raises(FormatError, match=r"missing|not known") as caught:
         unit_gain(unit)
     assert all(name in str(caught.value) for name in UNITS)

@@ -55,7 +55,7 @@ def test_truncated_miniseed_is_refused_wherever_it_ends(left: int) -> None:
         read("a.mseed", whole[:left], GAINS)
 
 
-def test_a_rest_too_short_for_libmseed_to_mention_is_not_left_out_silently() -> None:
+def test_a_remainder_that_libmseed_ignores_is_not_dropped_silently() -> None:
     whole = record_file("MSEED", logger_counts(10_000).astype(np.float64))
     with pytest.raises(FormatError, match="truncated"):
         read("a.mseed", whole[:-100], GAINS)

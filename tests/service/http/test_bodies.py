@@ -102,7 +102,7 @@ def test_nested_json_stalls_no_one(address: str, key: str) -> None:
         assert monotonic() - started < 5.0
 
 
-def test_every_answer_says_how_a_browser_should_treat_it(address: str, key: str) -> None:
+def test_every_response_has_security_headers(address: str, key: str) -> None:
     for path in (
         "/healthz",
         "/api/v1/buildings",

@@ -183,7 +183,7 @@ def test_a_last_event_without_a_result_says_why_and_hides_no_result(
 
 
 @pytest.mark.parametrize(("error", "is_reported"), [(0.1, True), (0.001, False)])
-def test_a_model_in_force_that_misses_the_latest_events_is_reported(
+def test_an_accepted_model_that_misses_the_latest_events_is_reported(
     database_url: str, stored: Session, error: float, is_reported: bool
 ) -> None:
     """It was fitted to an event that it met to 0.1 % of the force, by noise alone."""

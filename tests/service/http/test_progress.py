@@ -74,7 +74,7 @@ def test_no_page_reloads_by_itself() -> None:
 
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to tick a box with")
-def test_a_ticked_box_outlives_the_work_and_its_event_is_left_out(url: str, sessions: sessionmaker[Session]) -> None:
+def test_a_ticked_box_survives_the_job_and_its_event_is_held_out(url: str, sessions: sessionmaker[Session]) -> None:
     with api_server(url) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         page = browser.new_page()
@@ -145,7 +145,7 @@ def test_a_button_without_fields_that_is_refused_keeps_what_was_ticked(
     assert 'name="hold_out_1" checked' not in refused.text
 
 
-def test_a_job_is_cancelled_on_the_page_by_who_requested_it(api: TestClient, url: str) -> None:
+def test_the_user_who_requested_a_job_can_cancel_it_on_the_page(api: TestClient, url: str) -> None:
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         mine, of_another, of_menshin = job("loopback"), job("somebody"), job(None)

@@ -101,7 +101,7 @@ def test_an_extended_lease_holds(sessions: sessionmaker[Session], queue: Callabl
     assert claim(sessions, LEASE * 1.6) is not None
 
 
-def test_a_job_is_given_up_after_its_last_attempt_and_the_event_says_why(
+def test_a_job_fails_after_its_last_attempt_and_the_event_shows_the_reason(
     sessions: sessionmaker[Session], queue: Callable[..., int]
 ) -> None:
     job = queue()

@@ -59,7 +59,7 @@ class Dying(Executor):
         return future
 
 
-def test_a_result_says_all_that_it_came_from(sessions: sessionmaker[Session], event_id: int) -> None:
+def test_a_result_names_all_its_inputs(sessions: sessionmaker[Session], event_id: int) -> None:
     """Computed in a process of its own, as in production, with one BLAS thread."""
     processes = local_processes(1)
     assert processes().submit(os.getenv, "OMP_NUM_THREADS").result() == "1"

@@ -12,7 +12,7 @@ from service.models.model_file import read
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_settings")]
 
 
-def test_the_wall_is_added_where_it_stands(folder: Path, moat: Trial) -> None:
+def test_the_wall_is_added_at_its_true_distance(folder: Path, moat: Trial) -> None:
     """2 mm: the contact of the truth is another law's within its first millimetres; 4 standard deviations are less."""
     files = (folder / "event2.mseed", folder / "event3.mseed", "--hold-out", folder / "event1.mseed")
     out = ("--building", folder / "building.toml", "-o", "walled.toml", "--json", "added.json")

@@ -85,7 +85,7 @@ def test_versions_are_listed_latest_first_page_by_page(api: TestClient) -> None:
     assert api.get(MODELS, params={"direction": "xy"}).json()["items"] == []
 
 
-def test_one_model_at_a_time_is_in_force(api: TestClient) -> None:
+def test_one_model_at_a_time_is_accepted(api: TestClient) -> None:
     first, second = made(api), made(api, effects=LINEAR)
     for wanted in (first, second, second):
         accepted = api.post(f"/api/v1/models/{wanted['id']}/accept").json()
@@ -109,7 +109,7 @@ def test_a_viewer_reads_and_changes_nothing(api: TestClient, sessions: sessionma
         assert "role engineer" in refused.json()["detail"]
 
 
-def test_an_effect_that_is_gone_still_displays(api: TestClient, sessions: sessionmaker[Session]) -> None:
+def test_a_removed_effect_is_still_displayed(api: TestClient, sessions: sessionmaker[Session]) -> None:
     identity = made(api)["id"]
     assert "gone" not in EFFECTS
     with sessions.begin() as session:

@@ -95,7 +95,7 @@ def test_the_page_needs_nothing_else(compared: Compared) -> None:
     assert compared.page.count('<svg role="img" aria-label="') == compared.page.count("<figure")
 
 
-def test_the_page_says_where_the_model_fails(compared: Compared) -> None:
+def test_the_page_shows_where_the_model_fails(compared: Compared) -> None:
     for sentence in compared.document["failure"]["explanation"].split(". "):
         assert str(escape(sentence.strip("."))) in compared.page
 

@@ -56,7 +56,7 @@ def test_the_values_are_the_true_ones(fitted: Fitted, moat: Trial) -> None:
         assert 0 < std < 0.1 * value
 
 
-def test_the_file_says_where_it_is_from(fitted: Fitted) -> None:
+def test_the_file_names_its_parent_and_reference(fitted: Fitted) -> None:
     assert fitted.model.parent == "off.toml"
     assert fitted.model.reference is not None
     assert len(fitted.model.fitted_to) == 2
@@ -103,7 +103,7 @@ def test_what_no_record_excites_is_stated(folder: Path, tmp_path: Path) -> None:
     assert set(read(Path("out.toml").read_text("utf-8")).standard_deviations["moat"].values()) == {float("inf")}
 
 
-def test_an_earthquake_cannot_be_fitted_to_and_left_out(folder: Path) -> None:
+def test_an_earthquake_cannot_be_both_fitted_and_held_out(folder: Path) -> None:
     twice = (folder / "event1.mseed", "--hold-out", folder / "event1.mseed")
     arguments = (folder / "model.toml", *twice, "--building", folder / "building.toml", "-o", "out.toml")
     done = menshin("model", "fit", *arguments)

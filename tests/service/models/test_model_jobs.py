@@ -65,7 +65,7 @@ def test_who_waits_learns_how_far_it_is(api: TestClient, sessions: sessionmaker[
     assert api.get("/api/v1/jobs/999/progress").status_code == 404
 
 
-def test_the_model_in_force_is_held_against_every_new_event(
+def test_the_accepted_model_is_compared_with_every_new_event(
     api: TestClient, sessions: sessionmaker[Session], tmp_path: Path
 ) -> None:
     model = create_model(api, LINEAR)

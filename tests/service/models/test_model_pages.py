@@ -58,7 +58,7 @@ def test_values_are_shown_in_the_units_of_engineers(api: TestClient) -> None:
     assert "c_b 6 kN s/mm" in page
 
 
-def test_a_form_puts_a_model_in_force(api: TestClient) -> None:
+def test_a_form_accepts_a_model(api: TestClient) -> None:
     api.post(MODELS, data={"direction": "x"})
     assert api.post("/models/1/accept").headers["location"] == "/models/1"
     page = shown(api, "/models/1")

@@ -93,7 +93,7 @@ def test_every_effect_that_was_offered_is_reported_with(document: dict[str, Any]
     assert all((one["reason"] is None) == one["plausible"] for one in document["candidates"])
 
 
-def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
+def test_the_text_names_the_missing_effect_and_its_gain_on_held_out_earthquakes(
     hard: Work[DiagnosisResult], document: dict[str, Any]
 ) -> None:
     text = document["explanation"]

@@ -50,7 +50,7 @@ def text_of(renderable: object) -> str:
     return console.export_text()
 
 
-def test_the_coupling_is_named_and_holds_for_both_directions_of_an_earthquake_left_out(
+def test_the_coupling_is_named_and_lowers_the_error_in_both_directions_of_a_held_out_earthquake(
     found: Work[DiagnosisResult],
 ) -> None:
     assert found.result.diagnosis.outcome is Outcome.EFFECT

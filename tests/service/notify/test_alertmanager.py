@@ -38,7 +38,7 @@ def note(**other: object) -> RenderedMessage:
     return rendered_message(**({"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm"} | other))
 
 
-def test_what_stands_has_an_end_ahead_of_several_repetitions(there: WebhookServer) -> None:
+def test_an_active_alert_ends_after_several_repetition_intervals(there: WebhookServer) -> None:
     alert = pushed(there, note())
     assert alert["labels"] == {
         "alertname": "MenshinAlert",

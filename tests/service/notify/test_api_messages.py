@@ -147,7 +147,7 @@ def test_a_secret_is_shown_once_and_then_nowhere(
         assert secret not in seen
 
 
-def test_a_test_goes_to_one_receiver_and_says_so(
+def test_a_test_message_goes_to_one_recipient_and_is_marked(
     api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
     number = added(api, program, kinds=["alert"])["id"]

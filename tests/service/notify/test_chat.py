@@ -69,7 +69,7 @@ def test_a_picture_leads_no_further_inside(there: WebhookServer) -> None:
     assert (answer.outcome, there.posted) == ("not_taken", [])
 
 
-def test_a_service_that_says_no_may_have_it(there: WebhookServer) -> None:
+def test_a_refused_message_may_have_been_delivered(there: WebhookServer) -> None:
     there.status = 500
     answer = sent(chat(there))
     assert answer.outcome == "unknown"

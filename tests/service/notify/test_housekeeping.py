@@ -71,7 +71,7 @@ def ends(there: WebhookServer) -> list[datetime]:
     return [datetime.fromisoformat(json.loads(one.body)[0]["endsAt"]) for one in pushed]
 
 
-def test_what_stands_is_repeated_until_it_is_over(
+def test_an_active_alert_is_repeated_until_it_ends(
     sessions: sessionmaker[Session], building: int, there: WebhookServer
 ) -> None:
     clock = Clock()

@@ -43,7 +43,7 @@ def part(mail: EmailMessage, kind: str) -> str:
     return str(next(one for one in mail.walk() if one.get_content_type() == kind).get_content())
 
 
-def test_a_mail_says_it_all_in_text_html_and_a_picture(box: MailServer) -> None:
+def test_a_mail_has_text_html_and_a_picture(box: MailServer) -> None:
     one = rendered_message(picture=PNG)
     mail = mailed(box, one)
     assert mail["Subject"] == "[Tower ö] Earthquake of 1 March 2024, 14:02: normal: 8 of 8 checks passed"
@@ -60,7 +60,7 @@ def test_a_mail_says_it_all_in_text_html_and_a_picture(box: MailServer) -> None:
     assert f'src="cid:{picture["Content-ID"].strip("<>")}"' in part(mail, "text/html")
 
 
-def test_html_says_what_it_is_reported_and_no_more(box: MailServer) -> None:
+def test_html_escapes_its_text_and_shows_no_missing_picture(box: MailServer) -> None:
     html = part(mailed(box, rendered_message(sentences=("<script>a & b</script>",))), "text/html")
     assert "&lt;script&gt;a &amp; b&lt;/script&gt;" in html
     assert "<img" not in html
@@ -74,7 +74,7 @@ def test_later_news_joins_the_thread(box: MailServer) -> None:
     assert mailed(box, rendered_message(sequence="cancelled"))["Subject"].startswith("CANCELLED: [Tower ö]")
 
 
-def test_a_repeat_says_so_and_has_the_same_number(box: MailServer) -> None:
+def test_a_repeat_is_marked_and_keeps_its_number(box: MailServer) -> None:
     mail = mailed(box, rendered_message(is_repeat=True))
     assert mail["Subject"].startswith("(repeat) [Tower ö]")
     assert mail["Menshin-Repeat"] == "true"

@@ -84,7 +84,7 @@ def test_whoever_was_reported_learns_what_became_of_it(sessions: sessionmaker[Se
         assert reported(session, over) == ["alarms", "calm"]
 
 
-def test_it_stands_or_falls_with_its_transaction(sessions: sessionmaker[Session], building: int) -> None:
+def test_a_message_is_stored_only_if_its_transaction_commits(sessions: sessionmaker[Session], building: int) -> None:
     with sessions() as session:
         add(session, building, "all")
         put(session, notice(building), NOW)

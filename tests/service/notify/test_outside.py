@@ -160,7 +160,7 @@ def test_what_a_status_means(there: WebhookServer, status: int, outcome: str) ->
     assert post(there.address).outcome == outcome
 
 
-def test_gone_is_final(there: WebhookServer) -> None:
+def test_http_410_is_final(there: WebhookServer) -> None:
     there.status = 410
     assert post(there.address).is_final
 

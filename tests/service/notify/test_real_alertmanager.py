@@ -63,7 +63,7 @@ def test_an_alert_fires_changes_and_ends(there: str) -> None:
     assert reported(there, datetime.now(UTC), **over) == []
 
 
-def test_a_drill_stands_beside_what_is_real(there: str) -> None:
+def test_a_drill_is_separate_from_real_alerts(there: str) -> None:
     now = datetime.now(UTC)
     reported(there, now, kind="alert", key="alert/5", severity="alarm", gravest="alarm", began_at=now, written_at=now)
     both = reported(there, now, kind="drill", key="drill/1", severity="alarm", gravest="alarm", written_at=now)

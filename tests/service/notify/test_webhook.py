@@ -81,7 +81,7 @@ def test_it_is_a_cloud_event(there: WebhookServer) -> None:
     assert (data["severity"], data["is_real"], data["is_over"], data["repeat"]) == ("normal", True, False, False)
 
 
-def test_a_repeat_says_so_and_has_the_same_id(there: WebhookServer) -> None:
+def test_a_repeat_is_marked_and_keeps_its_id(there: WebhookServer) -> None:
     first, again = received(there, rendered_message()), received(there, rendered_message(is_repeat=True))
     assert first.headers["webhook-id"] == again.headers["webhook-id"] == "msg_2"
     assert (first.headers["menshin-repeat"], again.headers["menshin-repeat"]) == ("false", "true")

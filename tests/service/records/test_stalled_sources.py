@@ -153,7 +153,7 @@ def test_a_failing_source_rests_ever_longer_until_it_answers() -> None:
     assert sources.due("a") == ["a"]
 
 
-def test_the_end_waits_a_moment_and_names_who_did_not_answer() -> None:
+def test_shutdown_waits_briefly_and_names_sources_that_did_not_answer() -> None:
     sources = Sources(interval=60)
     sources.stall("a")
     sources.due("a", "b")

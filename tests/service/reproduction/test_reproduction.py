@@ -151,7 +151,7 @@ def test_the_pages_in_the_documentation_hold_nothing_of_a_real_building() -> Non
     assert list(page.figures) == [f"figure-{number}" for number in SECTION_7]
 
 
-def test_the_terminal_says_what_the_document_says(folder: Path, printed: str) -> None:
+def test_the_terminal_prints_the_same_as_the_document(folder: Path, printed: str) -> None:
     terminal = (folder / "terminal.txt").read_text("utf-8")
     numbers = {cell for row in rows(printed) for cell in row if re.fullmatch(r"-?\d+\.\d+", cell)}
     assert [number for number in numbers if number not in terminal] == []
@@ -217,7 +217,7 @@ def seven() -> Simulated:
     return simulated(default_ground(), 1, lambda _: None)
 
 
-def test_every_axis_says_what_it_shows_and_in_which_unit(seven: Simulated) -> None:
+def test_every_axis_has_a_label_with_a_unit(seven: Simulated) -> None:
     for figure in (*response_figures(seven), *force_figures(seven)):
         for panel in figure.pictures:
             titles = {
@@ -244,7 +244,7 @@ def test_modes_that_were_not_identified_leave_gaps_that_are_stated(seven: Simula
     assert fits["10a"] == fits["11b"] == "–"
 
 
-def test_without_records_section_8_is_left_out_and_that_is_stated(seven: Simulated) -> None:
+def test_without_records_section_8_is_omitted_with_a_note(seven: Simulated) -> None:
     text = page_of(report.page(report.sections(seven, None)))
     assert "Section 8 is left out" in text
     assert list(Page(text).figures) == [f"figure-{number}" for number in SECTION_7]

@@ -225,7 +225,7 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
     assert "limit 67 % (inspect)" in printed
 
 
-def test_an_undecided_check_says_what_would_settle_it() -> None:
+def test_an_undecided_check_names_what_is_needed_to_decide() -> None:
     found = assess(replace(CALM, layer=replace(CALM.layer, design_displacement=None)))
     assert found.level is Level.UNDECIDED
     assert texts.headline(found) == "undecided: 1 of 8 checks undecided"

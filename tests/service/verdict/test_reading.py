@@ -46,7 +46,7 @@ def levels(session: Session, event: Event) -> set[Level]:
     return {reading.of_event(session, event).level, reading.of_building(session, of).level}
 
 
-def test_an_earthquake_within_every_limit_is_normal_and_says_that_it_is_no_inspection(
+def test_an_earthquake_within_every_limit_is_normal_with_a_note_that_this_is_no_inspection(
     session: Session, of: Building
 ) -> None:
     event = earthquake(session, of, day(1))
@@ -168,7 +168,7 @@ def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(
     assert (alert["cause"], alert["level"], alert["rests_here"]) == ("stiffness", "watch", False)
 
 
-def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of: Building) -> None:
+def test_a_strong_earthquake_names_the_limits_it_exceeds(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(1), STRONG)
     add_comparison(session, event)
     message = reported(session, event)
@@ -245,7 +245,7 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
     assert not any(word in printed(updated) for word in GOOD)
 
 
-def test_an_earthquake_that_waits_for_its_analysis_says_so(session: Session, of: Building) -> None:
+def test_a_verdict_states_that_the_analysis_is_pending(session: Session, of: Building) -> None:
     start = day(5)
     waiting = Event(building_id=of.id, start=start, end=start, state="queued", created_at=start, updated_at=start)
     session.add(waiting)
@@ -266,9 +266,7 @@ def test_an_analysed_earthquake_waits_for_its_comparison_not_for_a_better_record
     assert {one.remedy for one in changes} == {"The comparison, which is under way."}
 
 
-def test_an_earthquake_before_a_new_reference_period_is_not_said_to_belong_to_it(
-    session: Session, of: Building
-) -> None:
+def test_an_earthquake_before_a_new_reference_period_is_not_counted_in_it(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(1))
     add_comparison(session, event)
     session.query(DriftValue).filter_by(event_id=event.id).delete()

@@ -122,7 +122,7 @@ def test_a_strong_earthquake_shows_the_limit_that_it_exceeded(database_url: str,
     assert levels(answers(database_url, stored, after, of)) == ("inspect", "inspect", "4.0")
 
 
-def test_an_earthquake_that_cannot_be_judged_says_what_would_settle_it(database_url: str, stored: Session) -> None:
+def test_an_undecided_earthquake_shows_what_is_needed_to_decide(database_url: str, stored: Session) -> None:
     of = building(stored, limits="")
     event = earthquake(stored, of, day(1), quality=("XX.A: 4 spikes were removed",))
     found = answers(database_url, stored, event, of)

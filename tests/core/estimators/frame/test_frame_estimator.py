@@ -235,7 +235,7 @@ def calibrated_from(scale: float) -> StoreyStiffness:
 
 
 @pytest.mark.accuracy
-def test_the_softened_storey_stands_out() -> None:
+def test_the_softened_storey_has_the_largest_change() -> None:
     """Within four standard deviations."""
     expected = np.log(np.where(np.arange(7) == SOFTENED, 1 - LOST, 1.0))
     storeys = calibrated_from(1.0)

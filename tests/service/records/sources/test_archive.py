@@ -124,7 +124,7 @@ def test_a_listing_is_requested_by_its_time_unless_that_is_too_young(server: Ser
     assert server.requested[-1][1]["If-Modified-Since"] == "Mon, 01 Jan 2024 00:00:00 GMT"
 
 
-def test_a_body_that_broke_off_is_gone_on_with_at_the_next_look(server: Server, api: Client) -> None:
+def test_an_interrupted_download_is_resumed_at_the_next_poll(server: Server, api: Client) -> None:
     body = bytes(range(256)) * 100
     server.pages["/events/"] = Page(b"a.mseed")
     page = server.add("/events/a.mseed", body)

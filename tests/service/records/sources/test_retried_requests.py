@@ -40,7 +40,7 @@ def test_a_server_that_is_away_is_reported(api: Client) -> None:
         api.get("http://127.0.0.1:1/a")
 
 
-def test_an_answer_that_broke_off_is_gone_on_with(server: Server, api: Client) -> None:
+def test_an_interrupted_response_is_resumed(server: Server, api: Client) -> None:
     body = bytes(range(256)) * 100
     server.add("/a", body).breaks_after = 10_000
     assert api.get(f"{server.address}/a").body == body
