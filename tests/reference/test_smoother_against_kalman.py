@@ -12,7 +12,7 @@ from core.comparison.misfit import fitting_rate
 from core.estimators.frame.estimator import CALIBRATED, estimate, free_vibration_bound
 from core.estimators.frame.hypotheses import best_hypothesis
 from core.estimators.frame.lines import spectral_lines, within
-from core.estimators.frame.model import Design, Superstructure
+from core.estimators.frame.model import Design, Superstructure, lateral_stiffness
 from core.paper import BUILDING
 
 CUT = KINDS["cut to its strongest 15 s"]
@@ -58,11 +58,10 @@ def test_the_smoother_in_time_is_exact_without_noise() -> None:
     modes = fixed_base_modes(BUILDING)
     structure = Superstructure(
         mass=BUILDING.floor_mass,
-        storey_stiffness=BUILDING.storey_stiffness,
+        lateral=lateral_stiffness(BUILDING.storey_stiffness, joints=0.0, rocking=0.0, bending=0.0),
         squared=modes.angular_frequency**2,
         shapes=modes.shape,
         inputs=modes.shape.T @ BUILDING.floor_mass[:, None],
-        stiffness_derivatives=np.zeros((0, 7, 7)),
         damping=np.array([BUILDING.damping_coefficient, 0.0, 0.0]),
         modal_damping=np.ones(modes.angular_frequency.size),
     )

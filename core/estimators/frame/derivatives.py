@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Vector
+from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Tensor, Vector
 from core.estimators.frame.likelihood import Responses, real_times
 from core.estimators.frame.model import Superstructure, loads
 
@@ -52,19 +52,18 @@ def structural_derivatives(
     """
     α, η, β = structure.damping
     w, compliance = angular, given.compliance
-    coordinate = w**2 * compliance * real_times(structure.inputs[:, : len(amplitudes)], amplitudes)
     coupling, by = damping_coupling(structure), structure.stiffness_derivatives
-    by_stiffness = real_times(by, coordinate)
-    by_stiffness = by_stiffness + 1j * (w * α + η) * real_times(by * coupling.stiff, coordinate)
-    by_stiffness = -compliance * (by_stiffness + 1j * w * β * real_times(by * coupling.uneven, coordinate))
+    coordinate, pairs = _coordinates(structure, given, angular, amplitudes)
+    pairs *= 1 + 1j * (np.multiply.outer(coupling.stiff, w * α + η) + np.multiply.outer(coupling.uneven, w * β))
+    seen, floors = structure.shapes[measured], structure.mass.size
+    by_stiffness = _through_pairs(-seen, by, pairs)
     damped = -1j * structure.modal_damping[:, None] * coordinate * compliance
     stiff = structure.squared[:, None] * damped
     by_damping = np.array([α * w * stiff, η * stiff, β * w * damped])
-    seen, floors = structure.shapes[measured], structure.mass.size
     storeys, rates = 1 + floors, 4 + 2 * floors
     at_channels = np.zeros((rates + 3 + floors, measured.size + 1, w.size), dtype=complex)
-    at_channels[:storeys, 1:] = real_times(seen, by_stiffness[:storeys])
-    at_channels[storeys + floors : rates, 1:] = real_times(seen, by_stiffness[storeys:])
+    at_channels[:storeys, 1:] = by_stiffness[:storeys]
+    at_channels[storeys + floors : rates, 1:] = by_stiffness[storeys:]
     at_channels[rates : rates + 3, 1:] = real_times(seen, by_damping)
     at_channels[rates + 3 :, 1:] = seen.T[:, :, None] * by_damping.sum(axis=0)[:, None]
     at_channels[:, 1:] *= given.sensors[1:]
@@ -78,19 +77,42 @@ def mass_derivatives(
 
     Args: as of `structural_derivatives`.
     """
-    w, compliance, shapes, (α, η, β) = angular, given.compliance, structure.shapes, structure.damping
+    w, shapes, (α, η, β) = angular, structure.shapes, structure.damping
     inputs, λ, coupling = len(amplitudes), structure.squared, damping_coupling(structure)
-    coordinate = w**2 * compliance * real_times(structure.inputs[:, :inputs], amplitudes)
+    coordinate, pairs = _coordinates(structure, given, angular, amplitudes)
     load = w**2 * (real_times(loads(structure.mass.size)[:inputs].T, amplitudes) + real_times(shapes, coordinate))
-    apart = shapes[:, None] * np.outer(λ, λ) * coupling.uneven
-    damped = (w * α + η) * real_times(apart, coordinate)
-    damped -= w * β * real_times(shapes[:, None] * coupling.crossed, coordinate)
-    answer = compliance * (load[:, None] + 1j * damped)
-    by_mass = structure.mass[:, None, None] * real_times(shapes[measured], shapes[:, :, None] * answer)
+    damped = np.multiply.outer(np.outer(λ, λ) * coupling.uneven, w * α + η)
+    damped -= np.multiply.outer(coupling.crossed, w * β)
+    pairs *= 1j * damped
+    both = shapes[measured][:, None] * shapes  # (channels - 1, floors, modes)
+    by_mass = real_times(both.swapaxes(0, 1), given.compliance) * load[:, None]
+    by_mass += _through_pairs(shapes[measured], shapes[:, :, None] * shapes[:, None], pairs)
+    by_mass *= structure.mass[:, None, None]
     by_mass -= (structure.mass / structure.mass.sum())[:, None, None] * by_mass.sum(axis=0)
     at_channels = np.zeros((len(by_mass), measured.size + 1, w.size), dtype=complex)
     at_channels[:, 1:] = by_mass * given.sensors[1:]
     return at_channels
+
+
+def _coordinates(
+    structure: Superstructure, given: Responses, angular: Vector, amplitudes: ComplexMatrix
+) -> tuple[ComplexMatrix, ComplexTensor]:
+    """(modes, lines) acceleration of the modal coordinates; (modes, modes, lines) compliance r times coordinate s."""
+    coordinate = angular**2 * given.compliance * real_times(structure.inputs[:, : len(amplitudes)], amplitudes)
+    return coordinate, given.compliance[:, None] * coordinate
+
+
+def _through_pairs(seen: Matrix, by: Tensor, pairs: ComplexTensor) -> ComplexTensor:
+    """(parameters, channels - 1, lines) sums over pairs of modes.
+
+    Args:
+        seen: (channels - 1, modes) at the channels.
+        by: (parameters, modes, modes).
+        pairs: (modes, modes, lines).
+    """
+    weights = (by[:, None] * seen[:, :, None]).reshape(len(by) * len(seen), -1)
+    summed = real_times(weights, pairs.reshape(weights.shape[1], -1))
+    return np.asarray(summed.reshape(len(by), len(seen), -1))
 
 
 def determinant_descent(

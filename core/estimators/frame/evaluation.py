@@ -1,6 +1,6 @@
 """Negative log posterior probability of a choice of parameters, and its gradient."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from core.estimators.frame.likelihood import (
 )
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Layout, Superstructure, superstructure
+
+BLOCK = 1000
+"""Lines whose derivatives are computed at once. Measured: with all 3,500 lines of a record of 180 s at once, a gradient
+took 1.6 times as long; 400, 700 and 2,000 lines took longer too."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +97,19 @@ class Evaluation:
         """Misfit per degree of freedom."""
         return float(self.misfit_by_band.sum()) / self.degrees_of_freedom
 
+    def on(self, part: slice) -> "Evaluation":
+        """The same parameters on a part of the lines; cost and misfit remain those of all."""
+        return replace(
+            self,
+            problem=replace(self.problem, lines=self.problem.lines.chosen(part)),
+            given=self.given.on(part),
+            free_vibration=self.free_vibration[:, part],
+            whitened=self.whitened.on(part),
+            residual=self.residual[:, part],
+            amplitude=self.amplitude[part],
+            unmodelled=self.unmodelled[..., part],
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gradient:
@@ -153,23 +170,29 @@ def sensor_errors(parameters: Vector, layout: Layout, angular: Vector) -> Comple
 
 
 def gradient(here: Evaluation) -> Gradient:
-    """Descent of the cost, and the normal matrix."""
+    """Descent of the cost, and the normal matrix, summed over blocks of lines that a processor's cache has room for."""
     hypothesis = here.problem.hypothesis
     size = here.parameters.size
     descent, normal = np.zeros(size), np.zeros((size, size))
-    if hypothesis.is_random:
-        descent[: here.problem.design.layout.structural] = _by_determinant(here)
-    derivatives = _derivatives(here)
-    moving = np.flatnonzero(hypothesis.std[: len(derivatives)] > 0)
-    white = here.whitened.without_projection(derivatives[moving])
-    along = np.sum(here.whitened.direction.conj() * white, axis=1)
-    flat, flat_along = _real(white), _real(along)
-    descent[moving] += 2 * flat @ _real(here.residual[None])[0]
-    normal[np.ix_(moving, moving)] = 2 * (flat @ flat.T - flat_along @ flat_along.T)
+    for first in range(0, here.amplitude.size, BLOCK):
+        _add_lines(here.on(slice(first, first + BLOCK)), descent, normal)
     free = hypothesis.free
     descent[free] -= (here.parameters - hypothesis.mean)[free] / hypothesis.std[free] ** 2
     normal[free, free] += 1 / hypothesis.std[free] ** 2
     return Gradient(descent, normal)
+
+
+def _add_lines(here: Evaluation, descent: Vector, normal: Matrix) -> None:
+    """Add to the descent and the normal matrix, in place, the terms of the lines."""
+    if here.problem.hypothesis.is_random:
+        descent[: here.problem.design.layout.structural] += _by_determinant(here)
+    derivatives = _derivatives(here)
+    moving = np.flatnonzero(here.problem.hypothesis.std[: len(derivatives)] > 0)
+    white = here.whitened.without_projection(derivatives[moving])
+    along = np.sum(here.whitened.direction.conj() * white, axis=1)
+    flat, flat_along = _real(white), _real(along)
+    descent[moving] += 2 * flat @ _real(here.residual[None])[0]
+    normal[np.ix_(moving, moving)] += 2 * (flat @ flat.T - flat_along @ flat_along.T)
 
 
 def amplitudes(here: Evaluation) -> ComplexMatrix:
@@ -182,7 +205,7 @@ def amplitudes(here: Evaluation) -> ComplexMatrix:
 def _whitened(problem: Problem, given: Responses, variances: Variances, scale: Matrix) -> Whitened:
     if not problem.hypothesis.is_random:
         return by_noise_alone(given.base)
-    local = np.einsum("cl,cd,dl->lcd", scale, local_covariance(problem.design), scale)
+    local = local_covariance(problem.design)[:, :, None] * scale[:, None] * scale
     rocking, floors = variances.at(problem.lines)
     return whitened_by(variance_at(given, rocking, floors / DYNAMIC_SHARE, local, DYNAMIC_SHARE), given.base)
 

@@ -40,19 +40,28 @@ class Responses:
         """(channels, lines) h."""
         return np.asarray(self.acting[0])
 
+    def on(self, part: slice) -> "Responses":
+        """Responses at a part of the lines."""
+        return Responses(self.sensors[:, part], self.compliance[:, part], self.acting[..., part])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitened:
     """The lines as independent unit variables, without h."""
 
     whitening: ComplexTensor | None
-    """(lines, channels, channels) W; None where V is the noise alone, of which all is in units."""
+    """(channels, channels, lines) W, lower triangular; None where V is the noise alone, of which all is in units."""
     direction: ComplexMatrix
     """(channels, lines) W h, of unit length."""
     length: Vector
     """(lines,) of W h."""
     log_determinant: Vector
     """(lines,) of V."""
+
+    def on(self, part: slice) -> "Whitened":
+        """Whitening of a part of the lines."""
+        whitening = None if self.whitening is None else self.whitening[..., part]
+        return Whitened(whitening, self.direction[:, part], self.length[part], self.log_determinant[part])
 
     def of(self, series: ComplexTensor) -> ComplexTensor:
         """(k, channels, lines) whitened, without its part along h."""
@@ -61,11 +70,14 @@ class Whitened:
 
     def without_projection(self, series: ComplexTensor) -> ComplexTensor:
         """(k, channels, lines) whitened."""
-        return series if self.whitening is None else np.einsum("lcd,kdl->kcl", self.whitening, series)
+        return series if self.whitening is None else _lower_times(self.whitening, series)
 
     def back(self, white: ComplexTensor) -> ComplexTensor:
         """(k, channels, lines) Wᴴ times whitened series: P times the series themselves."""
-        return white if self.whitening is None else np.einsum("lcd,kcl->kdl", self.whitening.conj(), white)
+        if self.whitening is None:
+            return white
+        transposed = self.whitening.conj().swapaxes(0, 1)[::-1, ::-1]  # lower triangular in reversed order
+        return _lower_times(transposed, white[:, ::-1])[:, ::-1]
 
 
 def responses(
@@ -96,34 +108,61 @@ def responses(
 def variance_at(
     given: Responses, rocking: Vector, floors: Vector, local: Tensor, dynamic_share: float
 ) -> ComplexTensor:
-    """(lines, channels, channels) V.
+    """(channels, channels, lines) V.
 
     Args:
         given: responses.
         rocking: (lines,) variance of the rocking.
         floors: (lines,) variance of the floors' own motion.
-        local: (lines, channels, channels) covariance of a motion seen at sensors alone, over the noise.
+        local: (channels, channels, lines) covariance of a motion seen at sensors alone, over the noise.
         dynamic_share: of the floors' own motion that acts through the structure; the rest is local.
     """
     _, rocked_by, moved_by = np.split(given.acting, [1, 2])
-    through = np.einsum("icl,idl->lcd", moved_by, moved_by.conj(), optimize=True)
-    rocked = np.einsum("icl,idl->lcd", rocked_by, rocked_by.conj())
+    through = np.einsum("icl,idl->cdl", moved_by, moved_by.conj())
+    rocked = np.einsum("icl,idl->cdl", rocked_by, rocked_by.conj())
     own = dynamic_share * through + (1 - dynamic_share) * local
-    return np.asarray(rocking[:, None, None] * rocked + floors[:, None, None] * own + np.eye(local.shape[1]))
+    return np.asarray(rocking * rocked + floors * own + np.eye(len(local))[:, :, None])
 
 
 def whitened_by(variance: ComplexTensor, base: ComplexMatrix) -> Whitened:
     """Whitening by the inverse of V's Cholesky factor.
 
     Args:
-        variance: (lines, channels, channels) V.
+        variance: (channels, channels, lines) V.
         base: (channels, lines) h.
+
+    Raises:
+        LinAlgError: a V is not positive definite.
     """
-    whitening = np.asarray(np.linalg.inv(np.linalg.cholesky(variance)), dtype=complex)
-    direction = np.einsum("lcd,dl->cl", whitening, base)
+    whitening = _inverse_cholesky(variance)
+    direction = _lower_times(whitening, base[None])[0]
     length = np.linalg.norm(direction, axis=0)
-    diagonal = np.einsum("lcc->lc", whitening).real
-    return Whitened(whitening, direction / length, length, -2 * np.log(diagonal).sum(axis=1))
+    diagonal = np.einsum("ccl->cl", whitening).real
+    return Whitened(whitening, direction / length, length, -2 * np.log(diagonal).sum(axis=0))
+
+
+def _inverse_cholesky(variance: ComplexTensor) -> ComplexTensor:
+    """(channels, channels, lines) inverses of the lower Cholesky factors: few channels and many lines, all at once."""
+    channels = len(variance)
+    factor, inverse = np.zeros_like(variance), np.zeros_like(variance)
+    for row in range(channels):
+        column = variance[row:, row] - np.einsum("ckl,kl->cl", factor[row:, :row], factor[row, :row].conj())
+        pivot = column[0].real
+        if not np.all(pivot > 0):
+            raise np.linalg.LinAlgError("a variance of the spectral lines is not positive definite")
+        factor[row:, row] = column / np.sqrt(pivot)
+        inverse[row, row] = 1.0
+        inverse[row, :row] = -np.einsum("kl,kcl->cl", factor[row, :row], inverse[:row, :row])
+        inverse[row, : row + 1] /= np.sqrt(pivot)
+    return inverse
+
+
+def _lower_times(lower: ComplexTensor, series: ComplexTensor) -> ComplexTensor:
+    """(k, channels, lines) product of (channels, channels, lines) lower triangular matrices with series."""
+    product = np.empty_like(series)
+    for row in range(len(lower)):
+        product[:, row] = np.einsum("dl,kdl->kl", lower[row, : row + 1], series[:, : row + 1])
+    return product
 
 
 def by_noise_alone(base: ComplexMatrix) -> Whitened:

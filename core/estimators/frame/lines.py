@@ -46,7 +46,7 @@ class Lines:
         """Every `stride`-th line, counted from the last, so that the highest band keeps lines."""
         return self.chosen(np.arange(self.angular.size - 1, -1, -stride)[::-1])
 
-    def chosen(self, places: Indices) -> "Lines":
+    def chosen(self, places: Indices | slice) -> "Lines":
         """Only the lines at these places."""
         return replace(
             self,

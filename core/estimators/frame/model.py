@@ -4,7 +4,7 @@ The joints rotate, the base slab rocks, and the frame bends as a whole.
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from scipy import linalg
@@ -17,22 +17,52 @@ COLUMN = (
 )
 """Stiffness matrix of a prismatic column by the displacements and (times the storey's height) rotations of its two
 ends, relative to its stiffness with both ends clamped."""
+STIFFEST_JOINTS = 1e-9
+"""Smallest flexibility of the joints, which are condensed. A choice: 1e-9 changes no result beyond rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StiffnessDerivatives:
+    """Derivatives of the lateral stiffness, N/m, by logarithms."""
+
+    by_storey: Tensor
+    """(floors, floors, floors) first index: by that storey's stiffness."""
+    by_joints: Matrix
+    """(floors, floors) by the joints' flexibility."""
+    by_rocking: Matrix
+    """(floors, floors) by the rocking flexibility."""
+    by_bending: Matrix
+    """(floors, floors) by the bending flexibility."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LateralStiffness:
-    """Stiffness of the floors relative to the base slab's translation, with its derivatives."""
+    """Stiffness of the floors relative to the base slab's translation."""
 
     stiffness: Matrix
     """(floors, floors) N/m."""
-    by_storey: Tensor
-    """(floors, floors, floors) N/m, first index: derivative by the logarithm of that storey's stiffness."""
-    by_joints: Matrix
-    """(floors, floors) N/m, derivative by the logarithm of the joints' flexibility."""
-    by_rocking: Matrix
-    """(floors, floors) N/m, derivative by the logarithm of the rocking flexibility."""
-    by_bending: Matrix
-    """(floors, floors) N/m, derivative by the logarithm of the bending flexibility."""
+    storey_stiffness: Vector
+    """(floors,) N/m, of the columns with both ends clamped."""
+    joints: float
+    rocking: float
+    bending: float
+    condensation: Matrix
+    """(2 floors, floors) translations and rotations of the joints by the floors' translations."""
+    flexibility: Matrix
+    """(floors, floors) m/N, of the frame on a base that does not rotate."""
+
+    def derivatives(self) -> StiffnessDerivatives:
+        """Derivatives by every storey's stiffness and by the flexibilities."""
+        columns, girders = _scaled_parts(self.storey_stiffness, self.joints)
+        by_column = self.condensation.T @ (columns + girders) @ self.condensation
+        by_joints = -self.condensation.T @ girders.sum(axis=0) @ self.condensation
+        floors, storeys = self.storey_stiffness.size, float(np.sum(1 / self.storey_stiffness))
+        through, turned = self.stiffness @ self.flexibility, self.stiffness @ heights(floors)
+        by_rocking = -self.rocking * storeys * np.outer(turned, turned)
+        by_bending = -self.bending * storeys * self.stiffness @ cantilever(floors) @ self.stiffness
+        share = (1 / self.storey_stiffness) / storeys
+        by_storey = through @ by_column @ through.T - share[:, None, None] * (by_rocking + by_bending)
+        return StiffnessDerivatives(by_storey, through @ by_joints @ through.T, by_rocking, by_bending)
 
 
 def heights(floors: int) -> Vector:
@@ -61,29 +91,24 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, b
             horizontal force on the roof.
         bending: the same of the bending as a whole.
     """
-    frame, by_column, by_joints = _frame(storey_stiffness, max(joints, 1e-9))
-    shape = heights(storey_stiffness.size)
-    flexibility, bent = linalg.inv(frame), cantilever(storey_stiffness.size)
-    storeys = float(np.sum(1 / storey_stiffness))
-    K = linalg.inv(flexibility + storeys * (rocking * np.outer(shape, shape) + bending * bent))
-    through = K @ flexibility
-    by_rocking = -rocking * storeys * np.outer(K @ shape, K @ shape)
-    by_bending = -bending * storeys * K @ bent @ K
-    share = (1 / storey_stiffness) / storeys
-    by_storey = through @ by_column @ through.T - share[:, None, None] * (by_rocking + by_bending)
-    return LateralStiffness(K, by_storey, through @ by_joints @ through.T, by_rocking, by_bending)
-
-
-def _frame(storey_stiffness: Vector, joints: float) -> tuple[Matrix, Tensor, Matrix]:
-    """Stiffness on a base that does not rotate, its derivatives by each storey's logarithm and by the joints'."""
-    columns, girders = _parts(storey_stiffness.size)
-    columns, girders = (storey_stiffness[:, None, None] * parts for parts in (columns, girders / joints))
-    moving, rotating = np.split(np.arange(2 * storey_stiffness.size), 2)
+    joints = max(joints, STIFFEST_JOINTS)
+    columns, girders = _scaled_parts(storey_stiffness, joints)
     whole = (columns + girders).sum(axis=0)
-    kept = np.eye(whole.shape[0], moving.size)
-    kept[rotating] = -linalg.solve(whole[rotating][:, rotating], whole[rotating][:, moving], assume_a="pos")
-    by_storey = kept.T @ (columns + girders) @ kept
-    return by_storey.sum(axis=0), by_storey, -kept.T @ girders.sum(axis=0) @ kept
+    moving, rotating = np.split(np.arange(len(whole)), 2)
+    condensation = np.eye(len(whole), moving.size)
+    condensation[rotating] = -np.linalg.solve(whole[rotating][:, rotating], whole[rotating][:, moving])
+    flexibility = np.asarray(np.linalg.inv(condensation.T @ whole @ condensation), dtype=float)
+    shape, storeys = heights(storey_stiffness.size), float(np.sum(1 / storey_stiffness))
+    beside = rocking * np.outer(shape, shape) + bending * cantilever(shape.size)
+    stiffness = np.asarray(np.linalg.inv(flexibility + storeys * beside), dtype=float)
+    return LateralStiffness(stiffness, storey_stiffness, joints, rocking, bending, condensation, flexibility)
+
+
+def _scaled_parts(storey_stiffness: Vector, joints: float) -> tuple[Tensor, Tensor]:
+    """(floors, 2 floors, 2 floors) N/m of each storey's columns and of its girders; see `_parts`."""
+    columns, girders = _parts(storey_stiffness.size)
+    scale = storey_stiffness[:, None, None]
+    return scale * columns, scale * girders / joints
 
 
 @cache
@@ -191,26 +216,32 @@ class Design:
         return Layout(self.floor_mass.size, self.measured.size + 1)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for the cached property
 class Superstructure:
     """The fixed-base modes of one choice of parameters, normalised to unit modal mass, with their derivatives."""
 
     mass: Vector
     """(floors,) kg."""
-    storey_stiffness: Vector
-    """(floors,) N/m."""
+    lateral: LateralStiffness
     squared: Vector
     """(modes,) rad²/s²."""
     shapes: Matrix
     """(floors, modes)."""
     inputs: Matrix
     """(modes, 2 + floors) load by unit acceleration of the base slab, by its rocking, by a unit at each floor alone."""
-    stiffness_derivatives: Tensor
-    """(4 + floors, modes, modes) of the modal stiffness: by scale, storeys, rocking, joints and bending."""
     damping: Vector
     """(3,) α in s, η, β in 1/s."""
     modal_damping: Vector
     """(modes,) ρ, factor on the damping that α, η and β give each mode."""
+
+    @cached_property
+    def stiffness_derivatives(self) -> Tensor:
+        """(4 + floors, modes, modes) of the modal stiffness: by scale, storeys, rocking, joints and bending."""
+        by = self.lateral.derivatives()
+        by_step = np.cumsum(by.by_storey[::-1], axis=0)[::-1]
+        flexibilities = [by.by_rocking, by.by_joints, by.by_bending]
+        by_parameter = np.concatenate([[self.lateral.stiffness], by_step, flexibilities])
+        return np.asarray(self.shapes.T @ by_parameter @ self.shapes)
 
     @property
     def frequencies(self) -> Vector:
@@ -242,18 +273,16 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
     mass = design.floor_mass * np.exp(parameters[layout.masses])
     mass *= design.floor_mass.sum() / mass.sum()
     rocking, joints, bending = np.exp(parameters[layout.flexibilities])
-    lateral = lateral_stiffness(stiffness, joints, rocking, bending)
-    squared, shapes = linalg.eigh(lateral.stiffness, np.diag(mass))
-    shapes = shapes * np.sign(shapes[-1])
-    by_step = np.cumsum(lateral.by_storey[::-1], axis=0)[::-1]
-    by = np.concatenate([[lateral.stiffness], by_step, [lateral.by_rocking, lateral.by_joints, lateral.by_bending]])
+    lateral = lateral_stiffness(stiffness, float(joints), float(rocking), float(bending))
+    root = np.sqrt(mass)
+    squared, vectors = np.linalg.eigh(lateral.stiffness / np.outer(root, root))
+    shapes = vectors / root[:, None] * np.sign(vectors[-1])
     return Superstructure(
         mass=mass,
-        storey_stiffness=stiffness,
+        lateral=lateral,
         squared=squared,
         shapes=shapes,
         inputs=shapes.T @ (mass[:, None] * loads(mass.size).T),
-        stiffness_derivatives=shapes.T @ by @ shapes,
         damping=np.exp(parameters[layout.damping]),
         modal_damping=np.exp(parameters[layout.modal_damping]),
     )

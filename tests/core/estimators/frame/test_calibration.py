@@ -46,7 +46,9 @@ def test_the_papers_building_is_recovered(noise: float) -> None:
     assert calibration.structure.damping_ratios[:4] == pytest.approx(
         true.damping_ratio[:4], rel=5 * noise + 5 * rounding
     )
-    assert calibration.structure.storey_stiffness == pytest.approx(BUILDING.storey_stiffness, rel=noise + 5 * rounding)
+    assert calibration.structure.lateral.storey_stiffness == pytest.approx(
+        BUILDING.storey_stiffness, rel=noise + 5 * rounding
+    )
 
 
 def first_modes(parameters: Vector) -> Vector:

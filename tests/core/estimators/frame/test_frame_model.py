@@ -56,7 +56,7 @@ def test_modes_of_the_shear_limit(seed: int) -> None:
     given_parameters = parameters(seed)
     given_parameters[LAYOUT.flexibilities] = NONE
     structure = superstructure(given_parameters, DESIGN)
-    exact = fixed_base_modes(ShearBuilding(1.0, structure.mass, structure.storey_stiffness, 0.0))
+    exact = fixed_base_modes(ShearBuilding(1.0, structure.mass, structure.lateral.storey_stiffness, 0.0))
     assert structure.frequencies == pytest.approx(exact.frequency, rel=1e-6)
     assert structure.shapes == pytest.approx(exact.shape, abs=1e-6 * exact.shape.max())
 
@@ -66,7 +66,7 @@ def test_parameters_at_zero_are_the_design() -> None:
     at_rest[LAYOUT.flexibilities] = NONE
     structure = superstructure(at_rest, DESIGN)
     assert structure.mass == pytest.approx(DESIGN.floor_mass)
-    assert structure.storey_stiffness == pytest.approx(DESIGN.storey_stiffness)
+    assert structure.lateral.storey_stiffness == pytest.approx(DESIGN.storey_stiffness)
     assert structure.frequencies[0] == pytest.approx(1.0, rel=1e-6)
 
 
@@ -74,7 +74,7 @@ def test_parameters_at_zero_are_the_design() -> None:
 @given(seed=seeds)
 def test_steps_of_stiffness_run_upwards(seed: int) -> None:
     structure = superstructure(parameters(seed), DESIGN)
-    steps = np.diff(np.log(structure.storey_stiffness / DESIGN.storey_stiffness))
+    steps = np.diff(np.log(structure.lateral.storey_stiffness / DESIGN.storey_stiffness))
     assert steps == pytest.approx(parameters(seed)[LAYOUT.storeys][1:])
 
 
@@ -217,7 +217,8 @@ def test_stiffness_is_symmetric_and_positive(storeys: Vector, joints: float, roc
 def test_every_flexibility_softens(storeys: Vector, joints: float, rocking: float, bending: float) -> None:
     """In every direction: no stiffness grows (Löwner's order)."""
     K = lateral_stiffness(storeys, joints, rocking, bending)
-    for softened in (K.by_joints, K.by_rocking, K.by_bending):
+    by = K.derivatives()
+    for softened in (by.by_joints, by.by_rocking, by.by_bending):
         assert np.linalg.eigvalsh((softened + softened.T) / 2).max() < 1e-9 * K.stiffness.max()
 
 
@@ -227,7 +228,8 @@ def test_derivatives_agree_with_differences(storeys: Vector, flexibilities: Vect
     """By logarithms: of every storey's stiffness, of the flexibilities of joints, rocking and bending."""
     at = np.log(np.concatenate([storeys, flexibilities]))
     stiffness = lateral_stiffness(storeys, *flexibilities)
-    derivatives = [*stiffness.by_storey, stiffness.by_joints, stiffness.by_rocking, stiffness.by_bending]
+    by = stiffness.derivatives()
+    derivatives = [*by.by_storey, by.by_joints, by.by_rocking, by.by_bending]
     for move, derivative in zip(STEP * np.eye(at.size), derivatives, strict=True):
         ahead, behind = (
             lateral_stiffness(np.exp(each[: storeys.size]), *np.exp(each[storeys.size :])).stiffness
@@ -245,4 +247,4 @@ def test_stiffness_scales_with_that_of_all_storeys(
     stiffness, scaled = (lateral_stiffness(each, joints, rocking, bending) for each in (storeys, factor * storeys))
     tolerance = 1e-9 * stiffness.stiffness.max()
     assert scaled.stiffness / factor == pytest.approx(stiffness.stiffness, abs=tolerance)
-    assert stiffness.by_storey.sum(axis=0) == pytest.approx(stiffness.stiffness, abs=tolerance)
+    assert stiffness.derivatives().by_storey.sum(axis=0) == pytest.approx(stiffness.stiffness, abs=tolerance)
