@@ -134,7 +134,11 @@ def _by_parameters(model: LinearModel) -> Matrix:
 
 
 def _changes(model: LinearModel, moves: Matrix) -> ComplexMatrix:
-    """(moves, lines) change of the force's spectrum by each move of the parameters."""
+    """(moves, lines) change of the force's spectrum by each move of the parameters.
+
+    Half the difference of the moves forwards and backwards: the sign of a principal direction has no meaning, and some
+    moves are too large for one side to be like the other.
+    """
 
     def force(parameters: Vector) -> ComplexVector:
         structure = superstructure(parameters, model.design)
@@ -142,8 +146,8 @@ def _changes(model: LinearModel, moves: Matrix) -> ComplexMatrix:
         spectra = without_free_vibration(model.lines, model.design, structure, parameters)
         return force_spectrum(moved, line_weights(moved), spectra)
 
-    here = force(model.parameters)
-    return np.array([force(model.parameters + move) - here for move in moves])
+    here = model.parameters
+    return np.array([(force(here + move) - force(here - move)) / 2 for move in moves])
 
 
 def _stationary(variance: Vector, samples: int) -> float:
