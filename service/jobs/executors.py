@@ -8,10 +8,9 @@ from contextlib import contextmanager
 from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
-from threading import Thread
-from time import sleep
 from typing import Any
 
+from service.jobs.child import begin
 from service.settings import Settings
 from service.user_effects import add_user_effects
 
@@ -34,7 +33,7 @@ def local_processes(count: int, effects_folder: Path | None = None) -> Executors
     from loky import get_reusable_executor  # starts machinery of its own, so only where jobs are done
 
     return lambda: get_reusable_executor(
-        max_workers=count, timeout=600, env=ONE_THREAD, initializer=_begin, initargs=(os.getpid(), effects_folder)
+        max_workers=count, timeout=600, env=ONE_THREAD, initializer=begin, initargs=(os.getpid(), effects_folder)
     )
 
 
@@ -51,22 +50,6 @@ def without_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _begin(parent: int, effects_folder: Path | None) -> None:
-    end_with_parent(parent)
-    add_user_effects(effects_folder)
-
-
-def end_with_parent(parent: int) -> None:
-    """End this process when its parent is killed: no process would read its results."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            sleep(1.0)
-        os._exit(1)
-
-    Thread(target=watch, daemon=True, name="end with the parent").start()
 
 
 def end(made: Executors, settings: Settings) -> None:

@@ -31,7 +31,7 @@ def analysed(sessions: sessionmaker[Session]) -> int:
 
 def test_import_and_work_until_idle(sessions: sessionmaker[Session], database_url: str, tmp_path: Path) -> None:
     add(sessions, tmp_path)
-    (tmp_path / "a.mseed").write_bytes(miniseed(stream(seconds=60, locations=("00", "01"))))
+    (tmp_path / "a.mseed").write_bytes(miniseed(stream(seconds=30, locations=("00", "01"))))
     (tmp_path / "b.mseed").write_bytes(b"hello")
     imported = run(tmp_path, database_url, "import", "a.mseed", "b.mseed", "--building", "TOWER")
     assert imported.returncode == 1
@@ -62,7 +62,7 @@ def test_everything_runs_in_one_process_tree_and_ends_cleanly(
     add(sessions, incoming)
     quick = {"MENSHIN_POLLING__INTERVAL": "0.5", "MENSHIN_POLLING__SETTLE_TIME": "0", "MENSHIN_JOBS__WORKERS": "1"}
     with running_command(tmp_path, database_url, "up", "--port", "18765", **quick) as service:
-        (incoming / "a.mseed").write_bytes(miniseed(stream(seconds=60)))
+        (incoming / "a.mseed").write_bytes(miniseed(stream(seconds=30)))
         end = monotonic() + 60
         while analysed(sessions) == 0:
             assert monotonic() < end, (tmp_path / "output").read_text()

@@ -50,7 +50,7 @@ def with_jobs(sessions: sessionmaker[Session], count: int = JOBS) -> None:
     with sessions.begin() as session:
         building = building_store.add(session, building_file(), Path("/"), now)
         for number in range(count):
-            data = miniseed(stream(START + timedelta(hours=number), seconds=60, seed=number))
+            data = miniseed(stream(START + timedelta(hours=number), seconds=30, seed=number))
             ingest(session, building, f"{number}.mseed", f"/{number}", data, now, settings=Settings())
 
 
