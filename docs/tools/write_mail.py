@@ -1,9 +1,9 @@
 """Write docs/operate/mail.png, the picture of a mail.
 
-    python docs/tools/write_mail.py sqlite:///menshin.sqlite --message 3
+    python docs/tools/write_mail.py sqlite:///menshin.sqlite --message 2
 
-It renders a stored message as the notifier would mail it; the database may be that of a demonstration. It needs a
-Chromium: the system's, or that of `playwright install chromium`.
+It renders a stored message as the notifier mails it; the database may be that of a demonstration, without a recipient.
+It needs a Chromium: the system's, or that of `playwright install chromium`.
 """
 
 import base64
@@ -27,19 +27,13 @@ PUBLIC = "https://menshin.example.org"
 
 
 def page(database: str, message: int) -> str:
-    """A message as HTML, as its first recipient gets it; its picture is part of the text.
-
-    Raises:
-        typer.BadParameter: the message went to no recipient.
-    """
+    """A message as HTML, as a recipient of that time gets it; its picture is part of the text."""
     opened = sessions(database)
     with ExitStack() as stack:
         stack.callback(opened.kw["bind"].dispose)
         session = stack.enter_context(reading(opened)())
-        deliveries = notify_queries.message(session, message).deliveries
-        if not deliveries:
-            raise typer.BadParameter(f"message {message} went to no recipient; choose another one")
-        rendered_message = rendered(session, deliveries[0], "email", PUBLIC, is_repeat=False)
+        stored = notify_queries.message(session, message)
+        rendered_message = rendered(session, stored, stored.created_at, "email", PUBLIC, is_repeat=False)
     picture = f"data:image/png;base64,{base64.b64encode(rendered_message.picture or b'').decode()}"
     return mail.page(rendered_message, "picture").replace("cid:picture", picture)
 

@@ -78,7 +78,9 @@ class Housekeeping:
         except MissingVariableError as missing:
             self._note(delivery.receiver.name, str(missing))
             return None
-        return delivery.id, rendered(session, delivery, to.kind, self.settings.public_url, is_repeat=False), to
+        url = self.settings.public_url
+        message = rendered(session, delivery.message, delivery.created_at, to.kind, url, is_repeat=False)
+        return delivery.id, message, to
 
     def _send(self, delivery_id: int, message: RenderedMessage, to: Destination) -> None:
         result = alertmanager.send(message, to, self.settings, self.clock())

@@ -117,7 +117,14 @@ class Notifier:
             with reading(self.sessions)() as session:
                 delivery = session.get_one(Delivery, claim.delivery_id)
                 to = destination(delivery.receiver)
-                message = rendered(session, delivery, to.kind, self.settings.public_url, claim.is_repeat)
+                message = rendered(
+                    session,
+                    delivery.message,
+                    delivery.created_at,
+                    to.kind,
+                    self.settings.public_url,
+                    is_repeat=claim.is_repeat,
+                )
         except MissingVariableError as missing:
             return DeliveryResult("not_taken", str(missing))
         except Exception:  # a bug with one message does not stop others, and is shown

@@ -18,7 +18,7 @@ from service.buildings.recipient_rules import VARIABLE
 from service.db.blobs import decode_history
 from service.errors import NotFoundError
 from service.notify import texts
-from service.notify.tables import Delivery, Message, Receiver
+from service.notify.tables import Message, Receiver
 
 WITH_PICTURE = frozenset({"email", "apprise"})
 """Kinds of recipients that see the picture."""
@@ -130,21 +130,21 @@ class Destination:
 
 
 def rendered(
-    session: Session, delivery: Delivery, kind: str, public_url: str | None, is_repeat: bool
+    session: Session, message: Message, queued_at: datetime, kind: str, public_url: str | None, *, is_repeat: bool
 ) -> RenderedMessage:
-    """A stored message for the recipient of a delivery.
+    """A stored message for a recipient.
 
     Args:
         session: to read with.
-        delivery: of a stored message.
+        message: stored.
+        queued_at: creation of the delivery to the recipient, later than the message for one added afterwards.
         kind: of the recipient.
         public_url: address of the pages.
         is_repeat: whether an earlier attempt may have arrived.
     """
-    message = delivery.message
     thread = _thread(session, message)
     timezone = building_store.described(session, message.building).timezone
-    since, note = _new_recipient_note(session, delivery, ZoneInfo(timezone))
+    since, note = _new_recipient_note(session, message, queued_at, ZoneInfo(timezone))
     return RenderedMessage(
         identity=message.identity,
         first_identity=thread[0].identity,
@@ -198,14 +198,15 @@ def _thread(session: Session, message: Message) -> Sequence[Message]:
     return session.scalars(query.order_by(Message.number)).all()
 
 
-def _new_recipient_note(session: Session, delivery: Delivery, zone: ZoneInfo) -> tuple[datetime | None, str]:
+def _new_recipient_note(
+    session: Session, message: Message, queued_at: datetime, zone: ZoneInfo
+) -> tuple[datetime | None, str]:
     """For a recipient added after the message was written: since when its alerts are open, and a note about that."""
-    message = delivery.message
-    if delivery.created_at <= message.created_at:
+    if queued_at <= message.created_at:
         return None, ""
     numbers = [one["id"] for one in message.data.get("alerts", ())] or [message.data["alert"]]
     alerts = session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
-    since, written = _local(delivery.created_at, zone), _local(message.created_at, zone)
+    since, written = _local(queued_at, zone), _local(message.created_at, zone)
     opening = texts.NEW_RECIPIENT.format(since=since, zone=zone, written=written)
     open_alerts = [one for one in alerts if one.closed_at is None]
     if not open_alerts:
