@@ -79,8 +79,9 @@ def reproduce(
         place.parent.mkdir(parents=True, exist_ok=True)
     with refusals(), console.status("reading") as status:
         motion = _ground(ground, channel)
+        compute_eight = None if building is None and not files else _real(files or [], building, sensors)
         seven = simulated(motion, seed, status.update)
-        eight = None if building is None and not files else _real(files or [], building, sensors, status.update)
+        eight = None if compute_eight is None else compute_eight(status.update)
         status.update("drawing")
         sections = report.sections(seven, eight)
         write_text(page(report.page(sections)), output)
@@ -99,8 +100,9 @@ def _ground(path: Path | None, channel: str | None) -> "Ground":
 
 
 def _real(
-    files: list[Path], building: Path | None, sensors: str | None, report_step: Callable[[str], None]
-) -> "RealBuilding":
+    files: list[Path], building: Path | None, sensors: str | None
+) -> Callable[[Callable[[str], None]], "RealBuilding"]:
+    """Computation of section 8, whose files are read at once: an error in them is reported before section 7 runs."""
     from core.analysis import AnalysisSettings
     from service.records.event_files import events
     from service.reproduction.real import real
@@ -111,7 +113,8 @@ def _real(
     described = read_building(building)
     levels = None if sensors is None else levels_by_name(sensors, described.description)
     settings = AnalysisSettings(rate=own.rate, band=own.band)
-    return real(events(files, described), described.description, levels, settings, report_step)
+    earthquakes = events(files, described)
+    return lambda report_step: real(earthquakes, described.description, levels, settings, report_step)
 
 
 def _command(context: typer.Context) -> str:
