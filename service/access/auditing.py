@@ -77,7 +77,7 @@ def without_secrets(value: Any, depth: int = 0) -> Any:  # noqa: ANN401  whateve
         case list() | tuple():
             return [without_secrets(member, depth + 1) for member in value]
         case str():
-            return ADDRESS.sub(lambda found: _server(found.group()), value)[:LONGEST]
+            return ADDRESS.sub(lambda match: _server(match.group()), value)[:LONGEST]
     return value
 
 

@@ -102,7 +102,7 @@ def _wrong_rotation(index: int, channel: Mapping[str, Any], channels: list[Mappi
     other = {"x": "y", "y": "x"}.get(str(channel.get("direction")))
     sensor = [channel.get(key) for key in ("level", "quantity", "position", "rotation")]
     beside = [[at.get(key) for key in ("level", "quantity", "position", "rotation")] for at in channels]
-    pair = [at for at, found in zip(channels, beside, strict=True) if at.get("direction") == other and found == sensor]
+    pair = [at for at, place in zip(channels, beside, strict=True) if at.get("direction") == other and place == sensor]
     if len(pair) != 1:
         message = f"axes are turned in pairs, but {len(pair)} channels in direction {other or 'x or y'} have this level"
         yield ("channel", index, "rotation"), f"{message}, quantity, position and rotation; keep one"

@@ -60,9 +60,9 @@ def show(context: typer.Context, code: Code) -> None:
     from service.buildings import recipients, store as building_store
 
     with _session(context) as session:
-        found = building_store.find(session, code)
-        rules = building_store.described(session, found).receivers
-        text = recipients.without_secrets(building_store.current(session, found).toml, rules)
+        row = building_store.find(session, code)
+        rules = building_store.described(session, row).receivers
+        text = recipients.without_secrets(building_store.current(session, row).toml, rules)
         typer.echo(without_credentials(text), nl=False)
 
 

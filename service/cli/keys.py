@@ -42,8 +42,8 @@ def every(context: typer.Context) -> None:
 
     table = Table("name", "role", "begins with", "created (UTC)", "revoked (UTC)")
     with _session(context) as session:
-        found = keys.every(session)
-    for key in found:
+        rows = keys.every(session)
+    for key in rows:
         revoked = "" if key.revoked_at is None else f"{key.revoked_at:%Y-%m-%d %H:%M}"
         table.add_row(key.name, key.role, key.hash.partition(":")[0], f"{key.created_at:%Y-%m-%d %H:%M}", revoked)
     Console().print(table)

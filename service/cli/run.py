@@ -151,15 +151,15 @@ def import_files(
         poller = SourcePoller(sessions, current_settings())
         try:
             with sessions() as session:
-                found = find(session, building)
+                row = find(session, building)
         except BuildingError as error:
             raise typer.BadParameter(str(error)) from None
         arrivals = tuple(Arrival(name=f.name, origin=str(f.resolve()), data=f.read_bytes()) for f in files)
-        for recording in poller.receive(found, arrivals):
+        for recording in poller.receive(row, arrivals):
             typer.echo(f"{recording.name}: {recording.state}{f': {recording.reason}' if recording.reason else ''}")
             refused = refused or recording.state != "read"
         with sessions.begin() as session:
-            events.queue_now(session, found, poller.clock())
+            events.queue_now(session, row, poller.clock())
     raise typer.Exit(1 if refused else 0)
 
 
@@ -179,9 +179,9 @@ def prune(
         if settings.retention.superseded_histories is None:
             typer.echo("Nothing is deleted: retention.superseded_histories is not set.")
             return
-        found = (retention.prunable if dry_run else retention.prune)(session, settings, now)
+        pruned = (retention.prunable if dry_run else retention.prune)(session, settings, now)
     verb = "would be deleted" if dry_run else "are deleted"
-    typer.echo(f"The histories of {found.analyses} superseded analyses {verb}, {found.size / 1e6:.1f} MB.")
+    typer.echo(f"The histories of {pruned.analyses} superseded analyses {verb}, {pruned.size / 1e6:.1f} MB.")
 
 
 @app.command("settings")

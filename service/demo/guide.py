@@ -36,8 +36,8 @@ class CurrentVersion:
 def current_version(session: Session) -> CurrentVersion | None:
     """The current version, None if there is none."""
     building, _ = building_queries.building(session, CODE)
-    found = model_queries.current_versions(session, building.id)
-    return CurrentVersion(found[0].id, found[0].number, found[0].accepted_by or "") if found else None
+    versions = model_queries.current_versions(session, building.id)
+    return CurrentVersion(versions[0].id, versions[0].number, versions[0].accepted_by or "") if versions else None
 
 
 def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
@@ -54,11 +54,11 @@ def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
         earlier, later = _halves(session, design)
         wanted = FitRequest(events=list(earlier), hold_out=None)
         fit = model_requests.fit(session, design.id, wanted, BY, datetime.now(UTC)).id
-    found = finished(sessions, fit, stop)
-    if found is None:
+    result = finished(sessions, fit, stop)
+    if result is None:
         return
     with sessions.begin() as session:
-        made = model_queries.version(session, found["made"])
+        made = model_queries.version(session, result["made"])
         model_store.accept(session, made, BY, datetime.now(UTC))
         compared = [_compare(session, made.id, event) for event in later]
     for job in compared:  # one job each, so that several run at a time
@@ -138,9 +138,9 @@ def _successor(former: CurrentVersion, sessions: sessionmaker[Session], stop: Si
     """The version that the spectator accepts."""
     while not stop.wait(LOOK):
         with reading(sessions)() as session:
-            found = current_version(session)
-        if found is not None and found != former:
-            return found
+            current = current_version(session)
+        if current is not None and current != former:
+            return current
     return None
 
 

@@ -63,8 +63,8 @@ class Archive:
 
     def earthquakes(self, start: UTCDateTime, end: UTCDateTime) -> Catalog:
         """The earthquakes between two times, the latest first; may be empty."""
-        found = [event for event in self._events if start <= event.preferred_origin().time <= end]
-        return Catalog(sorted(found, key=lambda event: event.preferred_origin().time, reverse=True))
+        selected = [event for event in self._events if start <= event.preferred_origin().time <= end]
+        return Catalog(sorted(selected, key=lambda event: event.preferred_origin().time, reverse=True))
 
 
 def _holds(trace: Trace, selection: Selection) -> bool:
@@ -135,30 +135,30 @@ def _stations(archive: Archive, named: dict[str, str], selections: list[Selectio
     level, kind = named.get("level", "station"), named.get("format", "xml")
     if level not in LEVELS or kind not in {"xml", "text"}:
         raise QueryError(f"level is one of {', '.join(LEVELS)} and format is xml or text, got {level} and {kind}")
-    found = archive.stations(selections[0])
+    inventory = archive.stations(selections[0])
     for more in selections[1:]:
-        found += archive.stations(more)
-    if not found.networks:
+        inventory += archive.stations(more)
+    if not inventory.networks:
         return None
     if kind == "text":
         text = StringIO()
-        found.write(text, format="STATIONTXT", level="channel" if level == "response" else level)
+        inventory.write(text, format="STATIONTXT", level="channel" if level == "response" else level)
         return PlainTextResponse(text.getvalue())
     file = BytesIO()
-    found.write(file, format="STATIONXML", level=level)
+    inventory.write(file, format="STATIONXML", level=level)
     return Response(file.getvalue(), media_type="application/xml")
 
 
 def _waveforms(archive: Archive, named: dict[str, str], selections: list[Selection]) -> Response | None:
     if named.get("format", "miniseed") != "miniseed":
         raise QueryError(f"format must be miniseed, got {named['format']}")
-    found = Stream()
+    stream = Stream()
     for wanted in selections:
-        found += archive.waveforms(wanted)
-    if not found:
+        stream += archive.waveforms(wanted)
+    if not stream:
         return None
     file = BytesIO()
-    found.write(file, format="MSEED", reclen=512)  # int32 as Steim2, floats unchanged
+    stream.write(file, format="MSEED", reclen=512)  # int32 as Steim2, floats unchanged
     return Response(file.getvalue(), media_type=MINISEED)
 
 
@@ -167,13 +167,13 @@ def _earthquakes(archive: Archive, named: dict[str, str], selections: list[Selec
     order = named.get("orderby", "time")
     if order not in {"time", "time-asc"} or named.get("format", "xml") != "xml":
         raise QueryError("earthquakes come ordered by time or time-asc, as xml")
-    found = archive.earthquakes(selections[0].start, selections[0].end)
-    ordered = found.events if order == "time" else found.events[::-1]
-    found.events = ordered[: int(named.get("limit", len(found)))]
-    if not found:
+    catalog = archive.earthquakes(selections[0].start, selections[0].end)
+    ordered = catalog.events if order == "time" else catalog.events[::-1]
+    catalog.events = ordered[: int(named.get("limit", len(catalog)))]
+    if not catalog:
         return None
     file = BytesIO()
-    found.write(file, format="QUAKEML")
+    catalog.write(file, format="QUAKEML")
     return Response(file.getvalue(), media_type="application/xml")
 
 
@@ -194,10 +194,10 @@ async def _query(archive: Archive, service: str, answer: Answer, request: Reques
         else:
             named = parameters(service, request.query_params.multi_items())
             selections = [selection(named)]
-        found = await run_in_threadpool(answer, archive, named, selections) if selections else None
+        response = await run_in_threadpool(answer, archive, named, selections) if selections else None
     except (QueryError, ValueError) as error:
         return PlainTextResponse(f"Error 400: {error}\n\nRequest: {request.url}\nService version: {VERSION}\n", 400)
-    return Response(status_code=int(named.get("nodata", "204"))) if found is None else found
+    return Response(status_code=int(named.get("nodata", "204"))) if response is None else response
 
 
 def _version(_: Request) -> Response:

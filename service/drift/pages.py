@@ -63,15 +63,15 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
 
 def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -> list[str]:
     """One sentence of each quantity that cannot raise an alarm yet: how many earthquakes it needs, and why."""
-    found = []
+    sentences = []
     for quantity, rows in _by_quantity(series):
         own = [one for one in rows if one.subject != BOTH_DIRECTIONS]
         if lacking := [one for one in own if one.wanted]:
             most = max(lacking, key=lambda one: one.wanted)
             named = "" if lacking == own else f" ({', '.join(charts.named(one.subject) for one in lacking)})"
             need = _need(most.wanted, in_force(periods, quantity, most.subject))
-            found.append(f"{most.title.capitalize()}{named}: {need}.")
-    return found
+            sentences.append(f"{most.title.capitalize()}{named}: {need}.")
+    return sentences
 
 
 def _need(wanted: int, period: ReferencePeriod | None) -> str:
@@ -93,12 +93,12 @@ def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subj
     if quantity not in CURVES:
         raise NotFoundError("curve over amplitude of", quantity)
     with sessions() as session:
-        found, _ = building_queries.building(session, building)
-        series = queries.one_series(session, found.id, quantity, subject)
+        row, _ = building_queries.building(session, building)
+        series = queries.one_series(session, row.id, quantity, subject)
 
     def draw() -> Picture:
         with sessions() as session:
-            rows = queries.observations(session, found.id, quantity, subject, None)
+            rows = queries.observations(session, row.id, quantity, subject, None)
         latest = [one for one in rows if one.event == rows[-1].event]
         known = baseline_answer(building, series, latest[-1].temperature, 80)
         if not known.items:
@@ -112,9 +112,9 @@ def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subj
 def history(sessions: Reading, building: BuildingCode, quantity: Quantity) -> Tagged:
     """Differences of the events from the baseline over the years, a panel for each subject of a quantity."""
     with sessions() as session:
-        found, _ = building_queries.building(session, building)
-        values = _values(session, found.id, quantity)
-        alarms = [one for one in queries.alarm_rows(session, found.id) if one.quantity == quantity]
+        row, _ = building_queries.building(session, building)
+        values = _values(session, row.id, quantity)
+        alarms = [one for one in queries.alarm_rows(session, row.id) if one.quantity == quantity]
     if not values:
         raise NotFoundError("drift of", quantity)
     title = QUANTITIES[quantity].title.capitalize()
@@ -126,8 +126,8 @@ def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, S
     """Values by subject, the mean of both directions last; the earliest event first."""
     rows = queries.values(session, building_id, Span(), quantity, None, None, VALUES)
     names = DriftRow.model_fields
-    found = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]
-    ordered = sorted(found, key=lambda row: (row.subject == BOTH_DIRECTIONS, row.subject, row.event_start))
+    values = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]
+    ordered = sorted(values, key=lambda row: (row.subject == BOTH_DIRECTIONS, row.subject, row.event_start))
     return {subject: list(own) for subject, own in groupby(ordered, key=attrgetter("subject"))}
 
 

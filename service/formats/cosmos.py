@@ -83,7 +83,7 @@ def _trace(name: str, lines: Sequence[str]) -> Trace:
     channel = f"{_channel(header)}.{code}"
     what = f"{channel} in {name}"
     unit = _unit(what, header, quantity, series)
-    sensor = next((_sensor(found[1]) for line in header.lines if (found := SENSOR.search(line))), ())
+    sensor = next((_sensor(match[1]) for line in header.lines if (match := SENSOR.search(line))), ())
     return Trace(
         channel=channel,
         start=_start(header),

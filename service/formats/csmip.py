@@ -52,10 +52,10 @@ def read_csmip(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
 def _channel(name: str, lines: Sequence[str]) -> list[Trace]:
     """The series of one channel, each checked against the peak that the header prints."""
     header = [line.rstrip() for line in lines[:HEADER_LINES]]
-    found = [(at, series) for at, line in enumerate(lines) if (series := SERIES.match(line))]
-    if not found:
+    starts = [(at, series) for at, line in enumerate(lines) if (series := SERIES.match(line))]
+    if not starts:
         raise FormatError(f"{name} has no line 'points of accel data equally spaced at ...', which corrected data have")
-    return [_series(name, header, lines[at + 1 :], series) for at, series in found]
+    return [_series(name, header, lines[at + 1 :], series) for at, series in starts]
 
 
 def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.Match[str]) -> Trace:
@@ -95,9 +95,9 @@ def _printed(what: str, peak: str | None) -> float | None:
 
 
 def _start(name: str, header: Sequence[str]) -> datetime:
-    _, found = first_match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")
-    zone = timezone(timedelta(hours=ZONES[found[2].upper()]))
+    _, match = first_match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")
+    zone = timezone(timedelta(hours=ZONES[match[2].upper()]))
     try:
-        return datetime.strptime(found[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f").replace(tzinfo=zone).astimezone(UTC)
+        return datetime.strptime(match[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f").replace(tzinfo=zone).astimezone(UTC)
     except ValueError:
-        raise FormatError(f"the start of {name} is {found[1]!r}; write month/day/year, hour:minute:second") from None
+        raise FormatError(f"the start of {name} is {match[1]!r}; write month/day/year, hour:minute:second") from None

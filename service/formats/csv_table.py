@@ -77,14 +77,14 @@ def _start_and_rate(name: str, heading: Sequence[str]) -> tuple[datetime, float]
 
 
 def _column(name: str, cell: str) -> tuple[str, Gain]:
-    found = COLUMN.fullmatch(cell.strip()) if len(cell) <= LONGEST_COLUMN else None
-    if not found:
+    match = COLUMN.fullmatch(cell.strip()) if len(cell) <= LONGEST_COLUMN else None
+    if not match:
         raise FormatError(
             f"column {cell.strip()[:LONGEST_COLUMN]!r} of {name} is no channel with its unit; write "
             f"XX.TOWER.01.HNX [gal]"
         )
     try:
-        return found[1], unit_gain(found[2])
+        return match[1], unit_gain(match[2])
     except FormatError as error:
         raise FormatError(f"column {cell.strip()!r} of {name}: {error}") from None
 

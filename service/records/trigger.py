@@ -93,12 +93,12 @@ def _windows(segments: Sequence[Segment], settings: TriggerSettings) -> Sequence
     triggers = coincidence_trigger(
         "recstalta", settings.on, settings.off, stream, wanted, sta=settings.short, lta=settings.long
     )
-    found = []
+    windows = []
     for trigger in triggers:
         start, end = trigger["time"], trigger["time"] + trigger["duration"]
         if _peak(stream, start, end) >= settings.floor:
-            found.append(Window(_aware(start) - settings.before, _aware(end) + settings.after))
-    return found
+            windows.append(Window(_aware(start) - settings.before, _aware(end) + settings.after))
+    return windows
 
 
 def _span(segment: Segment) -> Span:
@@ -137,9 +137,9 @@ def _peak(stream: Stream, start: UTCDateTime, end: UTCDateTime) -> float:
     return max((float(np.abs(trace.data).max()) for trace in pieces if trace.stats.npts), default=0.0)
 
 
-def _joined(found: Sequence[Window]) -> tuple[Window, ...]:
+def _joined(windows: Sequence[Window]) -> tuple[Window, ...]:
     joined: list[Window] = []
-    for window in sorted(found, key=lambda window: window.start):
+    for window in sorted(windows, key=lambda window: window.start):
         if joined and window.start <= joined[-1].end:
             joined[-1] = Window(joined[-1].start, max(joined[-1].end, window.end))
         else:

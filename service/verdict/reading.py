@@ -129,7 +129,7 @@ def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
 
 
 def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lacking, Measured | Lacking]:
-    """m, largest and residual displacement in plan that an analysis found."""
+    """m, largest and residual displacement in plan, by an analysis."""
     results = analysis_queries.direction_results(session, analysis.id) if analysis else ()
     layer = analysis_queries.layer_result(session, analysis.id) if analysis else None
     return _displacement(results, layer), _residual(results)

@@ -59,10 +59,10 @@ def chosen(made: Sequence[Analysis], number: int | None) -> Analysis | None:
     """The analysis of that number, or the latest; None before the first."""
     if number is None:
         return next((analysis for analysis in made if analysis.current), None)
-    found = next((analysis for analysis in made if analysis.id == number), None)
-    if found is None:
+    selected = next((analysis for analysis in made if analysis.id == number), None)
+    if selected is None:
         raise NotFoundError("analysis of this event", number)
-    return found
+    return selected
 
 
 def _results(session: Session, analysis: Analysis, description: BuildingDescription) -> dict[str, Any]:

@@ -47,8 +47,8 @@ State = Annotated[
 def messages(code: Code, sessions: Reading, cursor: Before = None, limit: Limit = 50) -> Messages:
     """Messages about the building, the latest first."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = [message_row(row) for row in queries.messages(session, found.id, cursor, limit)]
+        building, _ = building_queries.building(session, code)
+        rows = [message_row(row) for row in queries.messages(session, building.id, cursor, limit)]
     return page_by_number(Messages, rows, limit)
 
 
@@ -102,8 +102,8 @@ def _has_arrived(message: MessageOut) -> bool:
 def hold(code: Code, sessions: Writing, response: Response, by: By) -> MessageOut:
     """Send a drill to all recipients of the building that are subscribed to drills: an alarm marked as not real."""
     with sessions.begin() as session:
-        found, _ = building_queries.building(session, code)
-        row = drill.drill(session, found, by.name, datetime.now(UTC))
+        building, _ = building_queries.building(session, code)
+        row = drill.drill(session, building, by.name, datetime.now(UTC))
         answer = message_out(session, queries.message(session, row.id))
     response.headers["Location"] = f"/api/v1/messages/{answer.id}"
     return answer
@@ -121,9 +121,9 @@ def deliveries(
 ) -> Deliveries:
     """Deliveries of messages to recipients, the latest first."""
     with sessions() as session:
-        found = queries.deliveries(session, building, receiver, state, cursor, limit)
+        listed = queries.deliveries(session, building, receiver, state, cursor, limit)
         role = caller(request).role
-        rows = [visible_to(role, row) for row in delivery_rows(session, found)]
+        rows = [visible_to(role, row) for row in delivery_rows(session, listed)]
     return page_by_number(Deliveries, rows, limit)
 
 

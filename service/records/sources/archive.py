@@ -78,8 +78,8 @@ class Archive:
         files = [file for page in listings for file in page.files]
         for batch in in_batches(files):
             had = self.memory.known([file.address for file in batch])
-            found = [(file, had.get(file.address, Known(file.address))) for file in batch]
-            wanted = [(file, known) for file, known in found if known.mark != file.mark]
+            pairs = [(file, had.get(file.address, Known(file.address))) for file in batch]
+            wanted = [(file, known) for file, known in pairs if known.mark != file.mark]
             yield from (wanted[first : first + count] for first in range(0, len(wanted), count))
 
     def _outcome(self, entry: Listed, known: Known, seen: dict[str, str], now: datetime) -> Outcome:
@@ -100,8 +100,8 @@ class Archive:
             reason = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is requested again"
             return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(reason))
         is_last = known.attempts + 1 >= self.client.settings.jobs.attempts
-        if not is_last and (found := self._incomplete(name, answer)) is not None:
-            reason = f"{entry.address} may have broken off ({found}); it is requested again"
+        if not is_last and (defect := self._incomplete(name, answer)) is not None:
+            reason = f"{entry.address} may have broken off ({defect}); it is requested again"
             return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(reason))
         return Outcome(arrival, fetched)
 

@@ -187,9 +187,9 @@ class FdsnWebServices:
             SourceError: there is one.
         """
         for arrival in arrivals:
-            if arrival.data is not None and (found := incomplete(arrival.name, arrival.data, self._limits)) is not None:
+            if arrival.data is not None and (fault := incomplete(arrival.name, arrival.data, self._limits)) is not None:
                 yield Step((arrival,), cursor)
-                raise SourceError(f"{arrival.origin} answered with no whole miniSEED: {found}")
+                raise SourceError(f"{arrival.origin} answered with no whole miniSEED: {fault}")
 
     def _arrivals(self, wanted: Gap) -> Iterator[Arrival]:
         """The waveforms of a span of time, in halves where they are too large in one."""

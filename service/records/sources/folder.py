@@ -85,8 +85,8 @@ class Folder:
         except OSError as error:
             raise SourceError(f"{self.path} cannot be read: {error.strerror}; {RIGHTS}") from error
         if not is_there:
-            found = "is not a folder" if self.path.exists() else "does not exist"
-            raise SourceError(f"the folder {self.path} {found}; create it, or correct location in the building file")
+            state = "is not a folder" if self.path.exists() else "does not exist"
+            raise SourceError(f"the folder {self.path} {state}; create it, or correct location in the building file")
 
     def _new_files(self, unreadable: list[OSError]) -> Iterator[tuple[Path, Mark]]:
         """New and changed files with their marks; files that cannot be read are noted."""
@@ -102,11 +102,11 @@ class Folder:
                     yield file, mark
 
     def _files(self, unreadable: list[OSError]) -> list[Path]:
-        found = []
+        files = []
         for folder, folders, names in os.walk(self.path, onerror=unreadable.append):
             folders[:] = (name for name in folders if not name.startswith("."))
-            found += [Path(folder, name) for name in names if not name.startswith(".")]
-        return sorted(path for path in found if not _is_document(path))
+            files += [Path(folder, name) for name in names if not name.startswith(".")]
+        return sorted(path for path in files if not _is_document(path))
 
     def _arrival(self, file: Path) -> Arrival:
         name, origin = str(file.relative_to(self.path)), str(file)

@@ -79,7 +79,7 @@ def remembered(pages: Collection[Page], unread: Collection[str]) -> dict[str, An
     """The pages to skip while unchanged: those that support conditional requests and were read completely.
 
     Args:
-        found: the pages.
+        pages: of this poll.
         unread: addresses of files, or of whole pages, that are needed at the next poll.
     """
     return {
