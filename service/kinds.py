@@ -24,7 +24,7 @@ from service.records.tables import Event
 
 def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
     given = (inputs.segments, inputs.description, inputs.settings)
-    return (Stage("Analysing the event", analyse, lambda _, report_step: given),)
+    return (Stage("Analysing the event", analyse, lambda _, report_step: given, inputs.key),)
 
 
 def _store_analysis(

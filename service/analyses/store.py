@@ -1,7 +1,7 @@
 """Inputs of an analysis read from the database, and its results written there."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from typing import Any
@@ -44,6 +44,12 @@ class Inputs:
     revision_id: int
     sha256: tuple[str, ...]
     """Digests of the event's recordings."""
+
+    @property
+    def key(self) -> Hashable:
+        """Everything that the analysis depends on: recordings, the parts of them that belong to the event, settings."""
+        parts = tuple((segment.channel, segment.start, segment.samples.size) for segment in self.segments)
+        return self.sha256, parts, self.revision_id, self.settings
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:

@@ -3,7 +3,8 @@
 import logging
 import os
 import socket
-from collections.abc import Callable, Collection, Mapping
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Hashable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -33,6 +34,8 @@ IDLE = 0.5
 """s between two queries for waiting jobs."""
 HEED = 2.0
 """s between two queries for cancelled jobs."""
+KEPT = 12
+"""Results of stages that a worker keeps, those used last. An analysis of 180 s in two directions has 8 MB. A choice."""
 
 
 class JobTimeoutError(Exception):
@@ -64,6 +67,8 @@ class Worker:
     running: dict[Future[Any], Running] = field(default_factory=dict)
     timer: Callable[[], float] = monotonic
     """s; independent of changes of the clock."""
+    kept: OrderedDict[Hashable, Any] = field(default_factory=OrderedDict)
+    """Results of stages by their keys, the latest used last; at most KEPT."""
     extended_at: float | None = None
     cancelled_checked_at: float = -float("inf")
     """s of the timer at the latest query for cancelled jobs."""
@@ -218,7 +223,9 @@ class Worker:
     def _take(self, future: Future[Any], job: Running) -> bool:
         """Continue with the next stage, or store the result; True if the job has left this worker."""
         try:
-            after = replace(job, results=(*job.results, future.result()))
+            result = future.result()
+            self._keep(job.stage.key, result)
+            after = replace(job, results=(*job.results, result))
             if len(after.results) < len(after.stages):
                 self._submit(after)
                 return False
@@ -230,13 +237,29 @@ class Worker:
         return True
 
     def _submit(self, job: Running) -> None:
-        """Start the next stage, after storing that it starts."""
+        """Start the next stage whose result is not kept, after storing that it starts."""
+        job = self._with_kept_results(job)
         name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
         note = Note(self.notes / name) if self.notes else None
         self._tell(job, job.stage.doing)
         with without_interrupts():
             future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
         self.running[future] = replace(job, note=note, reported=None)
+
+    def _keep(self, key: Hashable | None, result: object) -> None:
+        """Keep a result in place of the one that was not used for longest."""
+        if key is not None:
+            self.kept[key] = result
+            self.kept.move_to_end(key)
+            if len(self.kept) > KEPT:
+                self.kept.popitem(last=False)
+
+    def _with_kept_results(self, job: Running) -> Running:
+        """The job past those of its next stages, but for the last, whose results are kept."""
+        while len(job.results) + 1 < len(job.stages) and (key := job.stage.key) is not None and key in self.kept:
+            self.kept.move_to_end(key)
+            job = replace(job, results=(*job.results, self.kept[key]))
+        return job
 
     def _tell(self, job: Running, doing: str) -> None:
         with self.sessions.begin() as session:

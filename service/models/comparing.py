@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from typing import cast
 
-from core.analysis import analyse
+from core.analysis import EventAnalysis, analyse
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.failure import failure_sentences
@@ -56,12 +55,21 @@ class Comparison:
     """Sentences about the failure of the model over all events."""
 
 
-def observed(inputs: EventInputs, directions: Sequence[str], reference: datetime) -> Observed:
-    """The event analysed with its stored inputs, and the layer's motion and force in it."""
-    made_from = inputs.made_from
-    analysis = analyse(made_from.segments, made_from.description, made_from.settings)
-    earthquake = analysed(inputs.event.name, analysis, made_from.description, directions, reference)
-    return Observed(inputs.event, earthquake)
+def observed(inputs: WorkInputs, analyses: Sequence[EventAnalysis]) -> list[Observed]:
+    """The events of a job, with the layer's motion and force in each.
+
+    Args:
+        inputs: of the job.
+        analyses: the results of `observing`, and of later stages, which are left aside.
+    """
+    events = (*inputs.events, *inputs.unusable)
+    return [
+        Observed(
+            one.event,
+            analysed(one.event.name, analysis, one.made_from.description, inputs.directions, inputs.reference),
+        )
+        for one, analysis in zip(events, analyses, strict=False)
+    ]
 
 
 def compared(
@@ -91,19 +99,20 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             texts.COMPARING,
             compared,
-            lambda seen, report_step: (inputs.isolator, seen, inputs.description, inputs.band),
+            lambda done, report_step: (inputs.isolator, observed(inputs, done), inputs.description, inputs.band),
         ),
     )
 
 
 def observing(inputs: WorkInputs) -> list[Stage]:
-    """Stages that read every event, those that cannot be used at the end."""
-    return [_observing(event, inputs) for event in (*inputs.events, *inputs.unusable)]
+    """Stages that analyse every event, those that cannot be used at the end; a worker keeps what it analysed."""
+    return [_observing(event) for event in (*inputs.events, *inputs.unusable)]
 
 
-def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
-    arguments = (event, inputs.directions, inputs.reference)
-    return Stage(texts.reading_event(event.event.name), observed, lambda _, report_step: arguments)
+def _observing(event: EventInputs) -> Stage:
+    made_from = event.made_from
+    arguments = (made_from.segments, made_from.description, made_from.settings)
+    return Stage(texts.reading_event(event.event.name), analyse, lambda _, report_step: arguments, made_from.key)
 
 
 def _compared(event: ModelEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:
@@ -124,11 +133,14 @@ def given(inputs: WorkInputs) -> ModelFile:
     return ModelFile(inputs.description.code, direction, inputs.isolator, inputs.reference)
 
 
-def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Earthquakes:
+def records(inputs: WorkInputs, analyses: Sequence[EventAnalysis]) -> Earthquakes:
     """The requested events, held-out and unusable ones among them, in order of time.
 
     Before the first the layer is new.
+
+    Args: as of `observed`.
     """
+    seen = observed(inputs, analyses)
     requested = sorted((one for one in seen if one.event.is_requested), key=lambda one: one.event.start)
     return joined(
         [one.earthquake for one in requested],

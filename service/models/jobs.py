@@ -7,12 +7,13 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from core.analysis import EventAnalysis
 from core.workbench.earthquakes import Earthquakes
 from service.jobs.queue import Claim
 from service.jobs.stages import ReportStep, Stage
 from service.jobs.tables import Job
 from service.models import documents, store, texts
-from service.models.comparing import Comparison, Observed, compared, given, observing, records
+from service.models.comparing import Comparison, compared, given, observed, observing, records
 from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
 from service.models.model_file import ModelFile
 from service.models.operations import add, diagnose, fit
@@ -88,7 +89,7 @@ def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: R
 
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Stages of a fit: each event, the fit, then both versions against all events."""
-    fitting = Stage(texts.FITTING, fitted, lambda seen, report_step: _arguments(inputs, seen, report_step))
+    fitting = Stage(texts.FITTING, fitted, lambda done, report_step: _arguments(inputs, done, report_step))
     return _stages(inputs, fitting)
 
 
@@ -98,37 +99,37 @@ def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
     fitting = Stage(
         texts.fitting_with(effect),
         extended,
-        lambda seen, report_step: (effect, *_arguments(inputs, seen, report_step)),
+        lambda done, report_step: (effect, *_arguments(inputs, done, report_step)),
     )
     return _stages(inputs, fitting)
 
 
 def diagnosis_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Stages of a diagnosis: each event, then every effect."""
-    diagnosing = Stage(texts.DIAGNOSING, diagnosed, lambda seen, report_step: _arguments(inputs, seen, report_step))
+    diagnosing = Stage(texts.DIAGNOSING, diagnosed, lambda done, report_step: _arguments(inputs, done, report_step))
     return (*observing(inputs), diagnosing)
 
 
 def _arguments(
-    inputs: WorkInputs, seen: Sequence[Observed], report_step: ReportStep
+    inputs: WorkInputs, analyses: Sequence[EventAnalysis], report_step: ReportStep
 ) -> tuple[ModelFile, str, Earthquakes, ReportStep]:
-    return given(inputs), f"model {inputs.model_id}", records(inputs, seen), report_step
+    return given(inputs), f"model {inputs.model_id}", records(inputs, analyses), report_step
 
 
 def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:
     count = len(inputs.events)
 
-    def with_events(model: Any, seen: Sequence[Observed]) -> tuple[Any, ...]:  # noqa: ANN401  a computation's arguments
-        return model, seen, inputs.description, inputs.band
+    def with_events(model: Any, done: Sequence[Any]) -> tuple[Any, ...]:  # noqa: ANN401  a computation's arguments
+        return model, observed(inputs, done), inputs.description, inputs.band
 
     return (
         *observing(inputs),
         fitting,
-        Stage(texts.COMPARING_GIVEN, compared, lambda done, report_step: with_events(inputs.isolator, done[:count])),
+        Stage(texts.COMPARING_GIVEN, compared, lambda done, report_step: with_events(inputs.isolator, done)),
         Stage(
             texts.COMPARING_MADE,
             compared,
-            lambda done, report_step: with_events(done[count].model.isolator, done[:count]),
+            lambda done, report_step: with_events(done[count].model.isolator, done),
         ),
     )
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,9 @@ from model_jobs import create_model, finished_job, job_events, work
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
+from service.jobs import worker as worker_module
+from service.jobs.worker import Worker
+from service.kinds import KINDS
 from service.records.source_poller import SourcePoller
 
 pytestmark = pytest.mark.slow
@@ -54,6 +58,59 @@ def test_the_right_model_leaves_noise_and_a_wrong_one_more(api: TestClient, sess
     for picture in re.findall(r'src="(/charts/[^"]+)"', page):
         assert "<svg" in api.get(picture).text
     assert page.count("/charts/") == 2
+
+
+class Noting(ThreadPoolExecutor):
+    """Threads that note the name of every function submitted to them."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.names: list[str] = []
+
+    def submit(self, fn, /, *args, **kwargs) -> Future:  # type: ignore[no-untyped-def, type-arg]  # noqa: ANN001, ANN002, ANN003
+        self.names.append(fn.__name__)
+        return super().submit(fn, *args, **kwargs)
+
+
+@pytest.mark.sqlite
+@pytest.mark.parametrize(("kept", "analysed_again"), [(worker_module.KEPT, 0), (1, 2)])
+def test_a_worker_analyses_an_event_once_for_all_jobs(
+    api: TestClient,
+    sessions: sessionmaker[Session],
+    monkeypatch: pytest.MonkeyPatch,
+    kept: int,
+    analysed_again: int,
+) -> None:
+    """As long as it has room for the results; and what was analysed with other settings is another result."""
+    monkeypatch.setattr(worker_module, "KEPT", kept)
+    with Noting() as processes:
+        worker = Worker(
+            sessions, lambda: processes, monitored_building.SETTINGS, KINDS, clock=lambda: monitored_building.NOW
+        )
+        model = f"/api/v1/models/{create_model(api, LINEAR)}/comparisons"
+        for expected in ([*2 * ["analyse"], "compared"], [*analysed_again * ["analyse"], "compared"]):
+            processes.names.clear()
+            api.post(model, json={})
+            worker.run_until_idle()
+            assert processes.names == expected
+        before = _errors(api, model)
+        compared(api, sessions, 1)  # by another worker, which has nothing
+        assert _errors(api, model) == before
+        processes.names.clear()
+        api.post("/api/v1/events/2/analyses", json={"sensors": ["base", "roof"]})
+        worker.run_until_idle()
+        api.post(model, json={})
+        worker.run_until_idle()
+        assert processes.names[0] == "analyse"
+        assert processes.names.count("analyse") == 1 + analysed_again
+        after = _errors(api, model)
+        assert (after[1] == before[1], after[2] == before[2]) == (True, False)
+
+
+def _errors(api: TestClient, comparisons: str) -> dict[int, float]:
+    """The latest error of a model's force in each event."""
+    rows = api.get(comparisons).json()["items"]
+    return {row["event"]: row["nrmse"] for row in sorted(rows, key=lambda row: int(row["id"]))}
 
 
 def test_who_waits_learns_how_far_it_is(api: TestClient, sessions: sessionmaker[Session]) -> None:
