@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import replace
 from datetime import timedelta
 from hashlib import sha256
@@ -15,6 +15,7 @@ import numpy as np
 import paper_records
 import psutil
 import pytest
+from cached_executor import CachedExecutor
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -47,7 +48,7 @@ def event_id(sessions: sessionmaker[Session]) -> int:
 
 
 def worker(sessions: sessionmaker[Session], executors: Callable[[], Executor] | None = None) -> Worker:
-    return Worker(sessions, executors or (lambda: ThreadPoolExecutor(1)), SETTINGS, KINDS, clock=lambda: NOW)
+    return Worker(sessions, executors or CachedExecutor, SETTINGS, KINDS, clock=lambda: NOW)
 
 
 class Dying(Executor):
@@ -93,7 +94,7 @@ def test_who_waits_learns_what_a_computation_is_doing(
     sessions: sessionmaker[Session], event_id: int, tmp_path: Path
 ) -> None:
     (notes := tmp_path / "notes").mkdir()
-    telling = Worker(sessions, lambda: ThreadPoolExecutor(1), SETTINGS, KINDS, clock=lambda: NOW, notes=notes)
+    telling = Worker(sessions, CachedExecutor, SETTINGS, KINDS, clock=lambda: NOW, notes=notes)
     telling.fill()
     (job,) = telling.running.values()
     assert job.note
@@ -147,7 +148,7 @@ def test_a_result_is_not_written_once_another_worker_has_the_job(
 ) -> None:
     stalled = worker(sessions)
     stalled.fill()
-    heir = Worker(sessions, lambda: ThreadPoolExecutor(1), SETTINGS, KINDS, clock=lambda: NOW + timedelta(hours=1))
+    heir = Worker(sessions, CachedExecutor, SETTINGS, KINDS, clock=lambda: NOW + timedelta(hours=1))
     assert heir.run_until_idle() == 2  # a look for drift follows
     while stalled.running:
         stalled.collect(1.0)
