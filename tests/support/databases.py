@@ -15,8 +15,8 @@ from service.db import migrate
 
 NUMBERS = itertools.count()
 TEMPLATE = "migrated"
-QUICK = ("fsync = off", "synchronous_commit = off", "full_page_writes = off")
-"""Settings of a server whose data need not outlive a loss of power."""
+QUICK = ("fsync = off", "synchronous_commit = off", "full_page_writes = off", "max_wal_size = '128MB'")
+"""Settings of a server whose data need not outlive a loss of power, and may be in memory."""
 
 
 def sqlite(folder: Path, name: str = "menshin.sqlite") -> str:
