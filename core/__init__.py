@@ -1,7 +1,8 @@
 """Numerics of base-isolated buildings: values in, values out.
 
-The names below are the library. Each is imported at its first use, so that `import core` costs nothing; the laws of
-the effects are compiled when a model is first driven. All quantities are in SI units, and every result prints a report.
+The names below are the library; docs/models/library.md describes each in a line and shows them at work. A name is
+imported at its first use, so that `import core` costs nothing; the laws of the effects are compiled when a model is
+first simulated. All quantities are in SI units, and every result prints a report.
 
 From arrays: `restoring_force`, `layer_motion`, `equivalents`, `Observation`.
 From records: `BuildingDescription`, `Level`, `IsolationLayer`, `IsolationDesign`, `Channel`, `Segment`, `analyse`,
@@ -134,7 +135,7 @@ _MODULES = MappingProxyType(
 """Names of the library by the module that defines them."""
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401  whatever the name stands for
+def __getattr__(name: str) -> Any:  # noqa: ANN401  a class, a function or a value
     module = next((module for module, names in _MODULES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module 'core' has no attribute {name!r}")

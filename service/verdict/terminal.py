@@ -23,7 +23,7 @@ def _parts(assessment: Assessment) -> Iterator[RenderableType]:
     yield Text(" ".join(texts.opening(assessment)))
     if not assessment.checks:
         return
-    table = Table("check", "value (± 95 %)", "limit", "outcome", "source, or what would settle it")
+    table = Table("check", "value (± 95 %)", "limit", "outcome", "source, or remedy")
     for check in assessment.checks:
         row = (texts.title(check), texts.value(check), texts.limit(check), check.outcome.value, _ground(check))
         table.add_row(*(Text(cell) for cell in row), style=STYLES[check.outcome])
