@@ -5,13 +5,15 @@ Units are those that engineers of isolated buildings read: mm, kN, kN/mm.
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import altair as alt
 
 from core.arrays import Indices, Vector
-from core.isolation_layer.equivalent import EquivalentSegment
 from service.reports.thinning import along_path, extremes
+
+if TYPE_CHECKING:  # it imports SciPy, which a process that only sends charts does not need
+    from core.isolation_layer.equivalent import EquivalentSegment
 
 POINTS = 2000
 """Samples of a history in a picture: two for each pixel of a wide one."""
@@ -122,12 +124,12 @@ def axial_load_history(time: Vector, ratio: Vector) -> alt.LayerChart:
     return alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=640, height=150, config=CONFIG)
 
 
-def equivalent_stiffness(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:
+def equivalent_stiffness(events: Mapping[datetime, "Sequence[EquivalentSegment]"], title: str) -> alt.LayerChart:
     """k_eq over amplitude, one point a cycle, coloured by event; bars are ± 1 standard deviation."""
     return _over_amplitude(events, "k_eq", "equivalent stiffness k_eq (kN/mm)", title)
 
 
-def equivalent_damping(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:
+def equivalent_damping(events: Mapping[datetime, "Sequence[EquivalentSegment]"], title: str) -> alt.LayerChart:
     """c_eq over amplitude, one point a cycle, coloured by event; bars are ± 1 standard deviation."""
     return _over_amplitude(events, "c_eq", "equivalent damping coefficient c_eq (kN s/mm)", title)
 
@@ -177,7 +179,7 @@ def _line(rows: alt.InlineData, name: str, unit: str) -> alt.Chart:
 
 
 def _over_amplitude(
-    events: Mapping[datetime, Sequence[EquivalentSegment]], name: str, label: str, title: str
+    events: Mapping[datetime, "Sequence[EquivalentSegment]"], name: str, label: str, title: str
 ) -> alt.LayerChart:
     rows = _cycles(events)
     across = alt.X("amplitude:Q", title="displacement amplitude of the cycle (mm)")
@@ -224,7 +226,7 @@ def _tooltips(titles: Mapping[str, str]) -> list[alt.Tooltip]:
     return [alt.Tooltip(f"{name}:Q", title=title, format=".4~g") for name, title in titles.items()]
 
 
-def _cycles(events: Mapping[datetime, Sequence[EquivalentSegment]]) -> alt.InlineData:
+def _cycles(events: Mapping[datetime, "Sequence[EquivalentSegment]"]) -> alt.InlineData:
     rows = []
     for start, cycles in events.items():
         for cycle in cycles:
