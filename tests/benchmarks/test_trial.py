@@ -23,11 +23,12 @@ def large() -> float:
 
 
 def test_a_trial_gives_the_time_the_memory_and_the_result() -> None:
-    trial = sole(Way("sum", "numpy", lambda: float(np.ones(2**22).sum())))
+    """64 MB: arrays of up to 32 MB may lie in memory that the process had before, which is not counted."""
+    trial = sole(Way("sum", "numpy", lambda: float(np.ones(2**23).sum())))
     assert isinstance(trial, Trial)
-    assert trial.result == 2.0**22
+    assert trial.result == 2.0**23
     assert 0 < trial.seconds < 1
-    assert 28 < trial.megabytes < 60  # 2**22 doubles are 32 MB
+    assert 60 < trial.megabytes < 100
 
 
 def test_what_takes_too_long_is_stopped() -> None:

@@ -37,13 +37,14 @@ def compared(folder: Path) -> Compared:
 
 
 def test_the_failure_lies_where_the_layer_meets_the_wall(compared: Compared, moat: Trial) -> None:
-    """Within 5 mm of the gap, or beyond it in the cycles that meet the wall."""
+    """Within 5 mm of the gap, or beyond it in the cycles that meet the wall: both have about the same odds."""
     ((_, values),) = moat.hidden
-    region = compared.document["failure"]["regions"][0]
-    assert region["circumstance"] in ("amplitude", "largest past displacement")
-    assert region["is_above"]
-    assert region["threshold"] > values["gap"] - 5e-3
-    assert region["share"]["value"] > 0.9
+    regions = {one["circumstance"]: one for one in compared.document["failure"]["regions"]}
+    assert next(iter(regions)) in ("amplitude", "largest past displacement")
+    for circumstance in ("amplitude", "largest past displacement"):
+        assert regions[circumstance]["is_above"]
+        assert regions[circumstance]["threshold"] > values["gap"] - 5e-3
+    assert regions["largest past displacement"]["share"]["value"] > 0.9
     assert not compared.document["failure"]["is_noise"]
 
 
