@@ -1,5 +1,6 @@
 """Inputs of an analysis read from the database, and its results written there."""
 
+import hashlib
 import logging
 from collections.abc import Hashable, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -47,9 +48,11 @@ class Inputs:
 
     @property
     def key(self) -> Hashable:
-        """Everything that the analysis depends on: recordings, the parts of them that belong to the event, settings."""
-        parts = tuple((segment.channel, segment.start, segment.samples.size) for segment in self.segments)
-        return self.sha256, parts, self.revision_id, self.settings
+        """Everything that the analysis depends on, among it the samples: a new gain changes them, and no recording."""
+        segments = tuple(
+            (one.channel, one.start, one.rate, hashlib.sha256(one.samples.tobytes()).digest()) for one in self.segments
+        )
+        return segments, self.revision_id, self.settings
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:

@@ -18,7 +18,7 @@ COLUMN = (
 """Stiffness matrix of a prismatic column by the displacements and (times the storey's height) rotations of its two
 ends, relative to its stiffness with both ends clamped."""
 STIFFEST_JOINTS = 1e-9
-"""Smallest flexibility of the joints, which are condensed. A choice: 1e-9 changes no result beyond rounding."""
+"""Smallest flexibility of the joints: their stiffness has to be finite. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +44,11 @@ class LateralStiffness:
     storey_stiffness: Vector
     """(floors,) N/m, of the columns with both ends clamped."""
     joints: float
+    """Their flexibility, as in `lateral_stiffness`."""
     rocking: float
+    """Flexibility, as there."""
     bending: float
+    """Flexibility, as there."""
     condensation: Matrix
     """(2 floors, floors) translations and rotations of the joints by the floors' translations."""
     flexibility: Matrix
