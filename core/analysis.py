@@ -27,6 +27,8 @@ from core.record import Direction, Finding, Record, Segment
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
 from core.sensors.sensor_errors import SensorHealth, sensor_health
+from core.shaking.floors import FloorMotion, floor_motion
+from core.shaking.measures import Shaking, shaking
 from core.signals.conditioning import band_passed
 from core.tables import Table, report
 from core.units import quantity
@@ -35,6 +37,8 @@ ABOVE_NOISE = 10.0
 """Smallest amplitude of a reported cycle, in standard deviations of the displacement's noise. A choice."""
 HORIZONTAL: tuple[Direction, Direction] = ("x", "y")
 """Horizontal directions of the building."""
+MOVING = 2.0
+"""Speed of the isolation layer, in its standard deviations, from which on it counts as moving. A choice."""
 SMALLEST_CYCLE = 1e-5
 """m, the resolution of a good transducer: no smaller cycle is reported."""
 
@@ -110,6 +114,10 @@ class EventAnalysis:
     """Hz, that the accelerations had passed from which forces were estimated; None if nothing was."""
     sensors: tuple[SensorHealth, ...] = ()
     """Noise and gain of every channel that could be used."""
+    shaking: Shaking | None = None
+    """Strength of the earthquake at the ground, or at the lowest level with an accelerometer; None without one."""
+    floors: tuple[FloorMotion, ...] = ()
+    """Motion of the floors in each direction of `directions`."""
 
     def __str__(self) -> str:
         title = f"Analysis of the event of {self.start:%Y-%m-%d %H:%M:%S} UTC"
@@ -133,6 +141,17 @@ class EventAnalysis:
     def peak_resultant(self) -> float | None:
         """m, largest displacement of the isolation layer in plan; None unless both directions are known."""
         return None if self.orbit is None else float(np.hypot(*self.orbit).max())
+
+    @property
+    def travel(self) -> float | None:
+        """m, length of the isolation layer's path in plan above the velocity's noise; None unless both directions are
+        known."""
+        motions = [one.motion for one in self.directions.values() if one.motion is not None]
+        if len(motions) < len(HORIZONTAL):
+            return None
+        speed = np.hypot(*(motion.velocity for motion in motions))
+        noise = np.hypot(*(motion.velocity_std for motion in motions))
+        return float(np.sum(speed[speed > MOVING * noise])) / self.rate
 
 
 def _row(direction: Direction, analysed: DirectionAnalysis) -> tuple[str, ...]:
@@ -191,6 +210,7 @@ def analyse(
             problems.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
     if not directions and all(finding.severity != "fatal" for finding in problems):
         problems.append(Finding("direction", "fatal", "no horizontal acceleration of the base slab is described"))
+    health = sensor_health(record, levels.record, description)
     return EventAnalysis(
         start=record.start,
         rate=record.rate,
@@ -205,7 +225,12 @@ def analyse(
         record=levels.record,
         temperature=_temperature(segments, description),
         band=settings.band,
-        sensors=sensor_health(record, levels.record, description),
+        sensors=health,
+        shaking=shaking(levels.record, description),
+        floors=tuple(
+            floor_motion(levels.record, description, direction, one.restoring_force, _noise(record, direction, health))
+            for direction, one in directions.items()
+        ),
     )
 
 
@@ -252,6 +277,16 @@ def equivalent_cycles(
     if force.systematic is not None:
         segments = with_force_errors(segments, force.systematic, motion, rate)
     return with_slow_errors(segments, motion, rate)
+
+
+def _noise(record: Record, direction: Direction, health: Sequence[SensorHealth]) -> dict[str, float | None]:
+    """m/s² by level, standard deviation of the accelerometers' noise in one direction."""
+    channels = {channel.id: channel for channel in record.channels}
+    return {
+        channels[one.channel].level: one.noise
+        for one in health
+        if channels[one.channel].quantity == "acceleration" and channels[one.channel].direction == direction
+    }
 
 
 def _pga(record: Record, description: BuildingDescription) -> float | None:
