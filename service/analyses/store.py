@@ -5,6 +5,7 @@ import logging
 from collections.abc import Hashable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
+from math import isfinite
 from typing import Any
 
 from sqlalchemy import select, update
@@ -23,6 +24,7 @@ from service.analyses.tables import (
     LayerResult,
     ModeResult,
     SensorResult,
+    ShakingResult,
 )
 from service.buildings import store as building_store
 from service.buildings.tables import Revision
@@ -139,6 +141,7 @@ def row(result: EventAnalysis, description: BuildingDescription, settings: Analy
         ],
         layer=_layer_result(result),
         sensors=[SensorResult(**asdict(sensor)) for sensor in result.sensors],
+        shaking=_shaking_result(result),
     )
 
 
@@ -232,6 +235,32 @@ def _layer_result(result: EventAnalysis) -> LayerResult | None:
         torsion=torsion and encode_history(torsion.displacement, torsion.displacement_std),
         torsion_std_history=torsion and encode_history(torsion.displacement_std),
         axial_load=load and encode_history(load.ratio),
+    )
+
+
+def _shaking_result(result: EventAnalysis) -> ShakingResult | None:
+    """None where nothing measures the shaking."""
+    shaking = result.shaking
+    if shaking is None:
+        return None
+    floors = [one for motion in result.floors for one in motion.accelerations]
+    storeys = [one for motion in result.floors for one in motion.storeys]
+    return ShakingResult(
+        level=shaking.level,
+        is_below_isolators=shaking.is_below_isolators,
+        components=list(shaking.components),
+        pga=shaking.pga,
+        pgv=shaking.pgv,
+        intensity=shaking.intensity if isfinite(shaking.intensity) else None,
+        long_period_velocity=shaking.long_period_velocity,
+        arias=shaking.arias,
+        duration=shaking.duration,
+        spectrum={direction: values.tolist() for direction, values in shaking.spectrum.items()},
+        floors=[asdict(one) for one in floors],
+        storeys=[asdict(one) for one in storeys],
+        peak_floor_acceleration=max((one.peak for one in floors), default=None),
+        peak_storey_displacement=max((one.peak for one in storeys), default=None),
+        travel=result.travel,
     )
 
 

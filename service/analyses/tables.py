@@ -54,6 +54,7 @@ class Analysis(Base):
     directions: Mapped[list["DirectionResult"]] = relationship(back_populates="analysis")
     layer: Mapped["LayerResult | None"] = relationship(back_populates="analysis")
     sensors: Mapped[list["SensorResult"]] = relationship(back_populates="analysis", order_by="SensorResult.channel")
+    shaking: Mapped["ShakingResult | None"] = relationship(back_populates="analysis")
 
 
 class DirectionResult(Base):
@@ -117,6 +118,44 @@ class LayerResult(Base):
     torsion_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     axial_load: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     analysis: Mapped[Analysis] = relationship(back_populates="layer")
+
+
+class ShakingResult(Base):
+    """Strength of the earthquake at the building, and peaks of the floors; earlier versions stored none."""
+
+    __tablename__ = "shaking_result"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), unique=True)
+    level: Mapped[str]
+    """The lowest level with an accelerometer."""
+    is_below_isolators: Mapped[bool]
+    components: Mapped[list[str]]
+    """Directions of its accelerometers."""
+    pga: Mapped[float]
+    """m/s², largest horizontal acceleration."""
+    pgv: Mapped[float]
+    """m/s, largest horizontal velocity."""
+    intensity: Mapped[float | None]
+    """JMA instrumental intensity, unofficial; None without motion."""
+    long_period_velocity: Mapped[float]
+    """m/s, which gives the class of long-period motion."""
+    arias: Mapped[float]
+    """m/s."""
+    duration: Mapped[float]
+    """s, from 5 to 95 % of the Arias intensity."""
+    spectrum: Mapped[dict[str, Any]]
+    """m/s² by direction, at core.shaking.measures.SPECTRUM_PERIODS."""
+    floors: Mapped[list[dict[str, Any]]]
+    """core.shaking.floors.FloorAcceleration of every level and direction."""
+    storeys: Mapped[list[dict[str, Any]]]
+    """core.shaking.floors.StoreyDisplacement of every storey and direction."""
+    peak_floor_acceleration: Mapped[float | None]
+    """m/s², the largest of `floors`."""
+    peak_storey_displacement: Mapped[float | None]
+    """m, the largest of `storeys`."""
+    travel: Mapped[float | None]
+    """m, length of the isolation layer's path in plan; None unless both directions are known."""
+    analysis: Mapped[Analysis] = relationship(back_populates="shaking")
 
 
 class ModeResult(Base):
