@@ -24,7 +24,7 @@ from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
 from service.health import api as health_api, metrics
 from service.health.metrics import Measured
-from service.http import error_pages, problems
+from service.http import error_pages, libraries, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
 from service.http.request_capture import RequestCapture
@@ -130,6 +130,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     )
     for module in (*pages, health_api):  # each checks access by itself
         app.include_router(module.router)
+    app.include_router(libraries.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))
     app.add_api_route("/openapi.json", openapi_document, include_in_schema=False)
     app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it

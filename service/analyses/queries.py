@@ -100,13 +100,14 @@ def _histories(names: tuple[str, ...]) -> Question:
 
 
 def loop(session: Session, result_id: int) -> Line:
-    """Rate, displacement and force of a direction's result, as stored.
+    """Rate, displacement, force and the force's standard deviation of a direction's result, as stored.
 
     Raises:
         NotFoundError: there is no such result, or nothing measured its displacement.
     """
-    query = select(DirectionResult.rate, DirectionResult.displacement, DirectionResult.force)
-    usable = query.where(DirectionResult.id == result_id, DirectionResult.displacement.is_not(None))
+    table = DirectionResult
+    query = select(table.rate, table.displacement, table.force, table.force_std_history)
+    usable = query.where(table.id == result_id, table.displacement.is_not(None))
     row = session.execute(usable).one_or_none()
     if row is None:
         raise NotFoundError("loop of result", result_id)

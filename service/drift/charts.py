@@ -58,7 +58,11 @@ def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str
     beyond = alt.Chart(curve).mark_line(color=BLUE, strokeWidth=1, strokeDash=[3, 3]).encode(x, y)
     line = alt.Chart(seen).mark_line(color=BLUE, strokeWidth=2).encode(x, y)
     bars = alt.Chart(points).mark_rule(color=ORANGE).encode(x, alt.Y("low:Q"), y2="high:Q")
-    dots = alt.Chart(points).mark_circle(color=ORANGE, size=40, opacity=1).encode(x, alt.Y("value:Q"))
+    tooltip = [
+        alt.Tooltip("amplitude:Q", title=axes.amplitude, format=".3~g"),
+        alt.Tooltip("value:Q", title=axes.value, format=".4~g"),
+    ]
+    dots = alt.Chart(points).mark_circle(color=ORANGE, size=40, opacity=1).encode(x, alt.Y("value:Q"), tooltip=tooltip)
     when = f" at {known.temperature:.0f} °C" if known.temperature is not None else ""
     heading = alt.Title(title, subtitle=f"line and band: expected{when}, 95 % of events; orange: the latest event")
     return alt.LayerChart(layer=[band, beyond, line, bars, dots], title=heading, width=460, height=300, config=CONFIG)
@@ -106,7 +110,7 @@ def _panel(
     x = alt.X("start:T", title="event (UTC)", axis=alt.Axis(format="%Y-%m", tickCount=6)).scale(type="utc", padding=10)
     y = alt.Y("low:Q", title=axis, scale=vertical, axis=alt.Axis(minExtent=WIDEST, tickCount=5))
     zero = alt.Chart(alt.InlineData(values=[{"low": 0.0}])).mark_rule(color="#555").encode(y)
-    layers = [*_alarms(marked, x, y), zero, *(_points(drawn, shade, filled, x, y) for shade, filled in SHADES)]
+    layers = [*_alarms(marked, x, y), zero, *(_points(drawn, shade, filled, x, y, axis) for shade, filled in SHADES)]
     return alt.LayerChart(layer=layers, title=alt.Title(named(subject), fontSize=13), width=640, height=130)
 
 
@@ -120,13 +124,21 @@ def _alarms(rows: Sequence[Mapping[str, object]], x: alt.X, y: alt.Y) -> list[al
     ]
 
 
-def _points(rows: Sequence[Mapping[str, object]], shade: str, filled: bool, x: alt.X, y: alt.Y) -> alt.LayerChart:
+def _points(
+    rows: Sequence[Mapping[str, object]], shade: str, filled: bool, x: alt.X, y: alt.Y, title: str
+) -> alt.LayerChart:
     """Points of one kind, with their bars."""
     own = [row for row in rows if (row["shade"], row["is_tested"]) == (shade, filled)]
     data = alt.Chart(alt.InlineData(values=own))
     bars = data.mark_rule(color=shade, opacity=0.6).encode(x, y, y2="high:Q")
     marks = data.mark_point(stroke=shade, fill=shade if filled else "white", size=34, opacity=1)
-    return alt.LayerChart(layer=[bars, marks.encode(x, alt.Y("value:Q"))])
+    tooltip = [
+        alt.Tooltip("start:T", title="event (UTC)", format="%Y-%m-%d %H:%M:%S"),
+        alt.Tooltip("value:Q", title=title, format=".3~g"),
+        alt.Tooltip("low:Q", title="from", format=".3~g"),
+        alt.Tooltip("high:Q", title="to", format=".3~g"),
+    ]
+    return alt.LayerChart(layer=[bars, marks.encode(x, alt.Y("value:Q"), tooltip=tooltip)])
 
 
 def _value_row(row: DriftRow, scale: float) -> dict[str, Any]:

@@ -23,8 +23,8 @@ from service.drift.schema import DriftAlarmRow, DriftRow, QuantityName, SeriesRo
 from service.drift.tables import ReferencePeriod
 from service.errors import NotFoundError
 from service.http.parameters import Code, Reading
-from service.http.rendering import page, picture
-from service.http.responses import Tagged, TaggedRoute
+from service.http.rendering import As, page, picture
+from service.http.responses import TaggedRoute
 from service.jobs import queue as job_queue
 from service.reports.charts import Picture
 
@@ -87,8 +87,8 @@ def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]
     return [(name, own) for name in QUANTITIES if (own := [one for one in ordered if one.quantity == name])]
 
 
-@router.get("/charts/baseline.svg")
-def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject) -> Tagged:
+@router.get("/charts/baseline.{form}")
+def baseline(wanted: As, sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject) -> Response:
     """The expected values of a series over amplitude, and the latest event, at that event's temperature."""
     if quantity not in CURVES:
         raise NotFoundError("curve over amplitude of", quantity)
@@ -105,11 +105,11 @@ def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subj
             raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
         return charts.expectation(known, latest, f"{QUANTITIES[quantity].title.capitalize()}, {charts.named(subject)}")
 
-    return picture(draw, "baseline", series.id, series.job_id)
+    return picture(wanted, draw, "baseline", series.id, series.job_id)
 
 
-@router.get("/charts/drift.svg")
-def history(sessions: Reading, building: BuildingCode, quantity: Quantity) -> Tagged:
+@router.get("/charts/drift.{form}")
+def history(wanted: As, sessions: Reading, building: BuildingCode, quantity: Quantity) -> Response:
     """Differences of the events from the baseline over the years, a panel for each subject of a quantity."""
     with sessions() as session:
         row, _ = building_queries.building(session, building)
@@ -119,7 +119,7 @@ def history(sessions: Reading, building: BuildingCode, quantity: Quantity) -> Ta
         raise NotFoundError("drift of", quantity)
     title = QUANTITIES[quantity].title.capitalize()
     by_subject = _by_subject(alarms)
-    return picture(lambda: charts.history(quantity, values, by_subject, title), "drift", values, alarms)
+    return picture(wanted, lambda: charts.history(quantity, values, by_subject, title), "drift", values, alarms)
 
 
 def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, Sequence[DriftRow]]:

@@ -1,25 +1,30 @@
-"""Rendering of pages and pictures: the templates, and the content security policy."""
+"""Rendering of pages and charts: the templates, and the content security policy."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
-from pathlib import Path
+from pathlib import Path as File
+from typing import Annotated, Literal
 
+import orjson
 import vl_convert
-from fastapi import Request, Response
+from fastapi import Depends, Path, Request, Response
 from fastapi.templating import Jinja2Templates
 
 from core.rounding import plain, significant, with_std
 from core.units import quantity, shown, unit
 from service.access.auth import login
-from service.http.responses import Tagged
+from service.http.libraries import address as library_address
+from service.http.responses import CSV, JSON, Tagged
 from service.jobs.schema import error_in_words
+from service.reports import live
 from service.reports.charts import Picture
 from service.verdict import texts
 
 SVG = "image/svg+xml"
 UNKNOWN = "–"
 """In place of a value that is not known."""
-FOLDER = Path(__file__).parent
+FOLDER = File(__file__).parent
 TEMPLATES = Jinja2Templates(FOLDER / "templates")
 POLICY = {
     "Content-Security-Policy": "default-src 'none'; img-src 'self'; style-src 'self'; script-src 'self'; "
@@ -35,9 +40,35 @@ def page(request: Request, name: str, status: int = 200, **context: object) -> R
     return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
 
 
-def picture(draw: Callable[[], Picture], *identity: object) -> Tagged:
-    """A chart as SVG; values that determine it are its identity."""
-    return Tagged(lambda: vl_convert.vegalite_to_svg(draw().to_dict()).encode(), SVG, *identity)
+@dataclass(frozen=True, slots=True)
+class Form:
+    """The requested form of a chart: still picture, specification of the live chart, numbers, or a page of these."""
+
+    request: Request
+    form: Annotated[Literal["svg", "json", "csv", "html"], Path()]
+
+
+As = Annotated[Form, Depends()]
+
+
+def picture(wanted: Form, draw: Callable[[], Picture], *identity: object) -> Response:
+    """A chart in the requested form; `identity` determines its content."""
+    return specified(wanted, lambda: draw().to_dict(), *identity)
+
+
+def specified(wanted: Form, specify: Callable[[], live.Spec], *identity: object) -> Response:
+    """The chart of a specification of Vega-Lite in the requested form; `identity` determines its content."""
+    match wanted.form:
+        case "svg":
+            return Tagged(lambda: vl_convert.vegalite_to_svg(specify()).encode(), SVG, *identity)
+        case "json":
+            return Tagged(lambda: orjson.dumps(live.live(specify())), JSON, "live", *identity)
+        case "csv":
+            return Tagged(lambda: live.as_csv(specify()), CSV, "numbers", *identity)
+        case "html":
+            spec, address = specify(), wanted.request.url
+            own = f"{address.path.removesuffix('html')}{{}}?{address.query}".format
+            return page(wanted.request, "chart", title=live.title(spec), tables=live.tables(spec), own=own)
 
 
 def time(moment: datetime) -> str:
@@ -66,6 +97,7 @@ def kilonewtons(force: float | None) -> str:
 
 
 TEMPLATES.env.globals |= {
+    "library": library_address,
     "opening": texts.opening,
     "headline": texts.headline,
     "check_title": texts.title,

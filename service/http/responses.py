@@ -101,7 +101,7 @@ class TaggedRoute(APIRoute):
 
 
 async def _made(request: Request, answer: Tagged) -> Response:
-    if _is_known(request, answer.etag):
+    if is_known(request, answer.etag):
         return _unchanged(answer.etag)
     answers: Answers = request.app.state.answers
     body = answers.find(answer.etag)
@@ -114,7 +114,7 @@ async def _made(request: Request, answer: Tagged) -> Response:
 def _written(request: Request, body: bytes, media_type: str, headers: Mapping[str, str] | None = None) -> Response:
     """A response with the tag of its bytes, or 304."""
     etag = tag(body)
-    if _is_known(request, etag):
+    if is_known(request, etag):
         return _unchanged(etag)
     return Response(body, headers=_caching(etag) | dict(headers or {}), media_type=media_type)
 
@@ -148,7 +148,7 @@ def tag(*identity: object) -> str:
     return f'"{hashlib.sha256(repr(identity).encode()).hexdigest()[:32]}"'
 
 
-def _is_known(request: Request, etag: str) -> bool:
+def is_known(request: Request, etag: str) -> bool:
     """True if the client has this response already."""
     known = request.headers.get("if-none-match", "")
     return known == "*" or etag in (part.strip().removeprefix("W/") for part in known.split(","))

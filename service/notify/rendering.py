@@ -240,7 +240,7 @@ def _picture(session: Session, message: Message) -> bytes | None:
 
     try:
         result = analysis_queries.restoring_force(session, message.picture_event_id, message.picture_direction, None)
-        rate, displacement, force = analysis_queries.loop(session, result.id)
+        rate, displacement, force, _ = analysis_queries.loop(session, result.id)
     except NotFoundError:
         return None
     displacement, force = decode_history(displacement), decode_history(force)

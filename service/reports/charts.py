@@ -24,15 +24,28 @@ TICKS = 8
 """Approximate number of labels on a displacement axis: with more, every second one would be omitted."""
 LABELS_APART = 6
 """Pixels at least, between the labels of an axis that has many."""
+ESTIMATE, BAND = "estimate", "± 2 standard deviations"
+HISTORY = 600
+"""Pixels, of a history beside a loop."""
 FEW = 10
 """Events that a legend can name."""
 TWO_YEARS = timedelta(days=730)
 """Span of events beyond which colours are labelled by year."""
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
 INK, FAINT = "#1c2430", "#5b6675"
+DARK_COLOURS = {BLUE: "#7ab3ef", GREY: "#5f6a79", ORANGE: "#f0a04b", INK: "#e4e8ee", FAINT: "#9aa5b4"}
+"""Colours of the marks by those on white, for a dark page; `live.py` has them in every chart."""
+DARK_CONFIG = {
+    "background": "#14181f",
+    "axis": {"labelColor": "#c3cad4", "titleColor": "#e4e8ee", "gridColor": "#2c343f", "domainColor": "#5f6a79"}
+    | {"tickColor": "#5f6a79"},
+    "title": {"color": "#e4e8ee", "subtitleColor": "#9aa5b4"},
+    "legend": {"labelColor": "#c3cad4", "titleColor": "#e4e8ee"},
+    "text": {"color": "#e4e8ee"},
+}
 WIDTH = 860
 """Pixels, of a picture over the whole page."""
-Picture = alt.LayerChart | alt.VConcatChart
+Picture = alt.LayerChart | alt.HConcatChart | alt.VConcatChart
 CONFIG = {
     "font": "sans-serif",
     "padding": {"left": 5, "top": 5, "right": 20, "bottom": 5},  # a browser's letters may be wider than those laid out
@@ -45,8 +58,8 @@ CONFIG = {
 
 def restoring_force(
     *, time: Vector, displacement: Vector, force: Vector, std: Vector, title: str, subtitle: str = ""
-) -> alt.VConcatChart:
-    """The loop, and below it the histories; a window brushed in the force history lights up in the loop.
+) -> alt.HConcatChart:
+    """The loop beside the histories; a window brushed in the force history lights up in the loop.
 
     Args:
         time: (n,) s.
@@ -59,31 +72,57 @@ def restoring_force(
     brush = alt.selection_interval(encodings=["x"], name="window")
     kept = along_path(displacement, force, STEP)
     motion = _rows(kept, time=time, displacement=displacement * MM, force=force * KN)
-    histories = alt.vconcat(
-        _line(_rows(extremes(displacement, POINTS), time=time, displacement=displacement * MM), "displacement", "mm"),
-        force_history(time=time, force=force, std=std).add_params(brush),
-        spacing=12,
-    )
+    moved_rows = _rows(extremes(displacement, POINTS), time=time, displacement=displacement * MM)
+    moved = _line(moved_rows, "displacement", "mm").properties(width=HISTORY)
+    forces = force_history(time=time, force=force, std=std).properties(width=HISTORY)
+    histories = alt.vconcat(moved, forces.add_params(brush), spacing=12)
     heading = alt.Title(title, subtitle=subtitle)
-    return alt.vconcat(_loop(motion, brush), histories, title=heading, spacing=24, config=CONFIG)
+    shown = _over_displacement(displacement, force)
+    both = alt.hconcat(_loop(motion, brush), histories, title=heading, description=shown, spacing=30, config=CONFIG)
+    return both.resolve_scale(color="independent")  # the legend is that of the force history
 
 
 def loop(*, time: Vector, displacement: Vector, force: Vector, title: str, subtitle: str = "") -> alt.LayerChart:
     """Restoring force (N) over displacement (m) of the isolation layer, all of one record."""
     kept = along_path(displacement, force, STEP)
     rows = _rows(kept, time=time, displacement=displacement * MM, force=force * KN)
-    heading = alt.Title(title, subtitle=subtitle)
-    return alt.LayerChart(layer=[_path(rows, BLUE)], title=heading, width=460, height=380, config=CONFIG)
+    heading, shown = alt.Title(title, subtitle=subtitle), _over_displacement(displacement, force)
+    layers = [_path(rows, BLUE)]
+    return alt.LayerChart(layer=layers, title=heading, description=shown, width=460, height=380, config=CONFIG)
+
+
+def _over_displacement(displacement: Vector, force: Vector) -> str:
+    """Summary of a loop for readers who do not see it."""
+    return (
+        f"Restoring force of the isolation layer over its displacement: displacement {_span(displacement * MM)} mm, "
+        f"force {_span(force * KN)} kN."
+    )
+
+
+def _span(values: Vector) -> str:
+    return f"{values.min():.3g} to {values.max():.3g}"
 
 
 def force_history(*, time: Vector, force: Vector, std: Vector) -> alt.LayerChart:
     """Restoring force (N) over time (s), with a band of ± 2 standard deviations (N)."""
-    kept = extremes(force, POINTS)
-    columns = {"time": time, "force": force * KN, "low": (force - 2 * std) * KN, "high": (force + 2 * std) * KN}
-    rows = _rows(kept, **columns)
+    return _banded(time, force * KN, std * KN, ("force", "kN"))
+
+
+def _banded(time: Vector, values: Vector, std: Vector, quantity: tuple[str, str]) -> alt.LayerChart:
+    """A history with its band, in the unit of the axis."""
+    name, unit = quantity
+    label = f"{name} ({unit})"
+    columns = {"time": time, name: values, "low": values - 2 * std, "high": values + 2 * std}
+    rows = _rows(extremes(values, POINTS), **columns)
     across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
-    band = alt.Chart(rows).mark_area(opacity=0.3, color=ORANGE).encode(x=across, y="low:Q", y2="high:Q")
-    return alt.LayerChart(layer=[band, _line(rows, "force", "kN")], width=640, height=150)
+    colour = curves({ESTIMATE: BLUE, BAND: ORANGE})
+    band = alt.Chart(rows).mark_area(opacity=0.3).encode(x=across, y="low:Q", y2="high:Q", color=colour)
+    line = _line(rows, name, unit).encode(
+        color=colour,
+        tooltip=_tooltips({"time": "time (s)", name: label, "low": f"from ({unit})", "high": f"to ({unit})"}),
+    )
+    layers = [one.transform_calculate(curve=f"'{curve}'") for one, curve in ((band, BAND), (line, ESTIMATE))]
+    return alt.LayerChart(layer=layers, width=400, height=150)
 
 
 def orbit(time: Vector, x: Vector, y: Vector) -> alt.LayerChart:
@@ -103,25 +142,23 @@ def orbit(time: Vector, x: Vector, y: Vector) -> alt.LayerChart:
             tooltip=_tooltips({"time": "time (s)", "x": "x (mm)", "y": "y (mm)"}),
         )
     )
-    return alt.LayerChart(layer=[path], title="Path in plan", width=380, height=380, config=CONFIG)
+    shown = f"Path of the isolation layer in plan: x {_span(x * MM)} mm, y {_span(y * MM)} mm."
+    return alt.LayerChart(layer=[path], title="Path in plan", description=shown, width=380, height=380, config=CONFIG)
 
 
 def torsion_history(time: Vector, torsion: Vector, std: Vector) -> alt.LayerChart:
     """Torsion of the isolation layer (rad) over time (s), with a band of ± 2 standard deviations (rad)."""
-    kept = extremes(torsion, POINTS)
-    columns = {"torsion": torsion * MRAD, "low": (torsion - 2 * std) * MRAD, "high": (torsion + 2 * std) * MRAD}
-    rows = _rows(kept, time=time, **columns)
-    across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
-    band = alt.Chart(rows).mark_area(opacity=0.3, color=ORANGE).encode(x=across, y="low:Q", y2="high:Q")
-    layers = [band, _line(rows, "torsion", "mrad")]
-    return alt.LayerChart(layer=layers, title="Torsion", width=640, height=150, config=CONFIG)
+    shown = f"Torsion of the isolation layer over time, {_span(torsion * MRAD)} mrad."
+    chart = _banded(time, torsion * MRAD, std * MRAD, ("torsion", "mrad"))
+    return chart.properties(title="Torsion", description=shown, config=CONFIG)
 
 
 def axial_load_history(time: Vector, ratio: Vector) -> alt.LayerChart:
     """Vertical force on the isolators over the weight, over time (s)."""
     rows = _rows(extremes(ratio, POINTS), time=time, load=ratio)
     line = _line(rows, "load", "N/W")
-    return alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=640, height=150, config=CONFIG)
+    chart = alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=400, height=150, config=CONFIG)
+    return chart.properties(description=f"Vertical force on the isolators over time, {_span(ratio)} of the weight.")
 
 
 def equivalent_stiffness(events: Mapping[datetime, "Sequence[EquivalentSegment]"], title: str) -> alt.LayerChart:
@@ -141,14 +178,14 @@ def values(rows: list[dict[str, Any]]) -> alt.InlineData:
 
 def curves(colours: Mapping[str, str]) -> alt.Color:
     """A colour for each `curve`, named above the picture."""
-    scale = alt.Scale(domain=list(colours), range=list(colours.values()))
-    legend = alt.Legend(title=None, orient="top", symbolType="stroke", symbolStrokeWidth=3)
-    return alt.Color("curve:N", scale=scale, legend=legend)
+    legend = alt.Legend(title=None, orient="top", symbolType="stroke", symbolStrokeWidth=3, symbolOpacity=1.0)
+    return alt.Color("curve:N", scale=alt.Scale(domain=list(colours), range=list(colours.values())), legend=legend)
 
 
 def _loop(rows: alt.InlineData, brush: alt.Parameter) -> alt.LayerChart:
     """All of the loop in grey, the brushed part in colour; without a brush all is in colour."""
-    return alt.LayerChart(layer=[_path(rows, GREY), _path(rows, BLUE).transform_filter(brush)], width=640, height=380)
+    layers = [_path(rows, GREY), _path(rows, BLUE).transform_filter(brush)]
+    return alt.LayerChart(layer=layers, width=400, height=380)
 
 
 def _path(rows: alt.InlineData, colour: str) -> alt.Chart:
@@ -167,7 +204,7 @@ def _path(rows: alt.InlineData, colour: str) -> alt.Chart:
 
 def _line(rows: alt.InlineData, name: str, unit: str) -> alt.Chart:
     chart: alt.Chart = (
-        alt.Chart(rows, width=640, height=150)
+        alt.Chart(rows, width=400, height=150)
         .mark_line(color=BLUE, strokeWidth=1)
         .encode(
             x=alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False),
@@ -203,7 +240,8 @@ def _over_amplitude(
 def _colour(events: Sequence[datetime]) -> alt.Color:
     """A colour for each of a few events; for many, the older the darker, so that a drift shows."""
     if len(events) <= FEW:
-        return alt.Color("event:N", title="event (UTC)").scale(scheme="tableau10")
+        legend = alt.Legend(symbolOpacity=1.0)
+        return alt.Color("event:N", title="event (UTC)", legend=legend).scale(scheme="tableau10")
     first, last = min(events), max(events)
     if last - first > TWO_YEARS:
         years = range(first.year, last.year + 1, 1 + (last.year - first.year) // FEW)

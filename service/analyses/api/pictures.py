@@ -1,4 +1,4 @@
-"""The pictures of the pages, drawn on the server; an image runs no script."""
+"""The charts of the pages: still pictures, which run no script, specifications of live charts, and numbers."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import altair as alt
 import numpy as np
-from fastapi import APIRouter, Depends, Query
+from fastapi import APIRouter, Depends, Query, Response
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.isolation_layer.equivalent import EquivalentSegment
@@ -20,8 +20,8 @@ from service.db.blobs import decode_history
 from service.db.select import Span
 from service.errors import NotFoundError
 from service.http.parameters import LARGEST, Reading
-from service.http.rendering import picture
-from service.http.responses import Tagged, TaggedRoute
+from service.http.rendering import As, Form, picture
+from service.http.responses import TaggedRoute
 from service.reports import charts
 from service.reports.charts import BLUE, CONFIG, KN
 
@@ -50,60 +50,77 @@ Shown = Annotated[OneDirection, Depends()]
 Number = Annotated[int, Query(ge=1, le=LARGEST)]
 
 
-@router.get("/loop.svg")
-def loop(sessions: Reading, result: Number) -> Tagged:
+@router.get("/loop.{form}")
+def loop(wanted: As, sessions: Reading, result: Number) -> Response:
     """Restoring force over displacement."""
 
     def draw() -> charts.Picture:
         with sessions() as session:
             rate, *stored = queries.loop(session, result)
-        displacement, force = (decode_history(one) for one in stored)
+        displacement, force, _ = (decode_history(one) for one in stored)
         time = np.arange(force.size) / rate
         return charts.loop(time=time, displacement=displacement, force=force, title="Restoring force")
 
-    return picture(draw, "loop", result)
+    return picture(wanted, draw, "loop", result)
 
 
-@router.get("/orbit.svg")
-def orbit(sessions: Reading, layer: Number) -> Tagged:
+@router.get("/restoring-force.{form}")
+def restoring_force(wanted: As, sessions: Reading, result: Number) -> Response:
+    """The loop beside the histories of displacement and force."""
+
+    def draw() -> charts.Picture:
+        with sessions() as session:
+            rate, *stored = queries.loop(session, result)
+        displacement, force, std = (decode_history(one) for one in stored)
+        time = np.arange(force.size) / rate
+        return charts.restoring_force(
+            time=time, displacement=displacement, force=force, std=std, title="Restoring force"
+        )
+
+    return picture(wanted, draw, "restoring-force", result)
+
+
+@router.get("/orbit.{form}")
+def orbit(wanted: As, sessions: Reading, layer: Number) -> Response:
     """Path of the isolation layer in plan."""
-    return _of_layer(sessions, layer, "orbit", ("displacement_x", "displacement_y"), charts.orbit)
+    return _of_layer(wanted, sessions, layer, "orbit", ("displacement_x", "displacement_y"), charts.orbit)
 
 
-@router.get("/torsion.svg")
-def torsion(sessions: Reading, layer: Number) -> Tagged:
+@router.get("/torsion.{form}")
+def torsion(wanted: As, sessions: Reading, layer: Number) -> Response:
     """Torsion of the isolation layer over time."""
-    return _of_layer(sessions, layer, "torsion", ("torsion", "torsion_std"), charts.torsion_history)
+    return _of_layer(wanted, sessions, layer, "torsion", ("torsion", "torsion_std"), charts.torsion_history)
 
 
-@router.get("/axial-load.svg")
-def axial_load(sessions: Reading, layer: Number) -> Tagged:
+@router.get("/axial-load.{form}")
+def axial_load(wanted: As, sessions: Reading, layer: Number) -> Response:
     """Vertical load on the isolators over time."""
-    return _of_layer(sessions, layer, "axial-load", ("axial_load",), charts.axial_load_history)
+    return _of_layer(wanted, sessions, layer, "axial-load", ("axial_load",), charts.axial_load_history)
 
 
 def _of_layer(
+    wanted: Form,
     sessions: sessionmaker[Session],
     layer: int,
     name: str,
-    wanted: tuple[str, ...],
+    series: tuple[str, ...],
     chart: Callable[..., alt.LayerChart],
-) -> Tagged:
+) -> Response:
     """A picture of histories across directions, drawn by chart(time, *histories)."""
 
     def draw() -> charts.Picture:
         with sessions() as session:
             row = queries.layer_motion_of(session, layer)
-        histories = [decode_history(blob) for one in wanted if (blob := row._mapping[one]) is not None]
-        if len(histories) < len(wanted):
+        histories = [decode_history(blob) for one in series if (blob := row._mapping[one]) is not None]
+        if len(histories) < len(series):
             raise NotFoundError(f"{name} of layer result", layer)
         return chart(np.arange(row.length) / row.rate, *histories)
 
-    return picture(draw, name, layer)
+    return picture(wanted, draw, name, layer)
 
 
-@router.get("/stiffness.svg")
-def stiffness(sessions: Reading, shown: Shown) -> Tagged:
+@router.get("/stiffness.{form}")
+def stiffness(wanted: As, sessions: Reading, shown: Shown) -> Response:
     """Equivalent stiffness over amplitude, the latest cycles of all events."""
     with sessions() as session:
         building, _ = building_queries.building(session, shown.building)
@@ -116,11 +133,11 @@ def stiffness(sessions: Reading, shown: Shown) -> Tagged:
         title = "Equivalent stiffness" if len(rows) < CYCLES else f"Equivalent stiffness, the latest {CYCLES} cycles"
         return charts.equivalent_stiffness(events, title)
 
-    return picture(draw, "stiffness", shown, [row.id for row in rows])
+    return picture(wanted, draw, "stiffness", shown, [row.id for row in rows])
 
 
-@router.get("/modes.svg")
-def modes(sessions: Reading, shown: Shown) -> Tagged:
+@router.get("/modes.{form}")
+def modes(wanted: As, sessions: Reading, shown: Shown) -> Response:
     """Frequency and damping of each established mode, over time and over the strength of the shaking."""
     with sessions() as session:
         building, _ = building_queries.building(session, shown.building)
@@ -130,7 +147,7 @@ def modes(sessions: Reading, shown: Shown) -> Tagged:
         raise NotFoundError("mode of building", f"{shown.building}, direction {shown.direction}")
     title = f"Direction {shown.direction}"
     identity = [(mode.frequency, len(mode.sightings)) for mode in established]
-    return picture(lambda: modes_over_events(established, title), "modes", shown, identity)
+    return picture(wanted, lambda: modes_over_events(established, title), "modes", shown, identity)
 
 
 def modes_over_events(modes: Sequence[TrackedMode], title: str) -> alt.VConcatChart:
@@ -159,7 +176,13 @@ def _panel(rows: Sequence[dict[str, float]], value: str, across: str) -> alt.Lay
     )
     y = alt.Y(f"{name}_low:Q", title=value, scale=scale, axis=alt.Axis(minExtent=WIDEST, tickCount=5))
     bars = alt.Chart(data).mark_rule(color=BLUE, opacity=0.4).encode(x, y, y2=f"{name}_high:Q")
-    points = alt.Chart(data).mark_circle(color=BLUE, size=36, opacity=0.8).encode(x, alt.Y(f"{name}:Q", title=value))
+    points = alt.Chart(data).mark_circle(color=BLUE, size=36, opacity=0.8)
+    tooltip = [
+        alt.Tooltip("start:T", title=TIME, format="%Y-%m-%d %H:%M:%S"),
+        alt.Tooltip("force:Q", title=FORCE, format=".4~g"),
+        alt.Tooltip(f"{name}:Q", title=value, format=".4~g"),
+    ]
+    points = points.encode(x, alt.Y(f"{name}:Q", title=value), tooltip=tooltip)
     return alt.LayerChart(layer=[bars, points], width=200, height=150)
 
 

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import Annotated
 
 import altair as alt
-from fastapi import APIRouter, Depends, Query
+from fastapi import APIRouter, Depends, Query, Response
 
 from core.arrays import Vector
 from service.access.auth import viewer
 from service.db.blobs import decode_history
 from service.http.parameters import LARGEST, Reading
-from service.http.rendering import SVG, picture
+from service.http.rendering import SVG, As, picture
 from service.http.responses import Tagged, TaggedRoute
 from service.models import answers, queries
 from service.models.trend import RatedError
@@ -22,8 +22,8 @@ MEASURED, MODELLED = "measured", "model"
 router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)], route_class=TaggedRoute)
 
 
-@router.get("/model-loop.svg")
-def loop(sessions: Reading, comparison: Annotated[int, Query(ge=1, le=LARGEST)]) -> Tagged:
+@router.get("/model-loop.{form}")
+def loop(wanted: As, sessions: Reading, comparison: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
     """The model's force beside the estimated one, over displacement."""
     with sessions() as session:
         stored = queries.comparison(session, comparison)
@@ -38,16 +38,16 @@ def loop(sessions: Reading, comparison: Annotated[int, Query(ge=1, le=LARGEST)])
             title=title,
         )
 
-    return picture(draw, "model-loop", stored.id, stored.created_at)
+    return picture(wanted, draw, "model-loop", stored.id, stored.created_at)
 
 
-@router.get("/model-trend.svg")
-def trend(sessions: Reading, model: Annotated[int, Query(ge=1, le=LARGEST)]) -> Tagged:
+@router.get("/model-trend.{form}")
+def trend(wanted: As, sessions: Reading, model: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
     """The model's error beyond noise, event by event."""
     with sessions() as session:
         compared = queries.latest_comparisons(session, [model])[model]
     identity = [(one.id, one.created_at) for one, _ in compared]
-    return picture(lambda: error_over_events(answers.rated(compared)), "model-trend", model, identity)
+    return picture(wanted, lambda: error_over_events(answers.rated(compared)), "model-trend", model, identity)
 
 
 @router.get("/model-diagnosis.svg")
@@ -80,9 +80,9 @@ def error_over_events(errors: Sequence[RatedError]) -> alt.LayerChart:
             alt.Y("excess:Q", title="error beyond noise (% of the force)").scale(zero=True),
             color=alt.Color("kind:N", title=None, scale=kinds),
             tooltip=[
-                alt.Tooltip("time:T", format="%Y-%m-%d %H:%M:%S"),
-                alt.Tooltip("excess:Q", format=".3~g"),
-                alt.Tooltip("direction:N"),
+                alt.Tooltip("time:T", title="event (UTC)", format="%Y-%m-%d %H:%M:%S"),
+                alt.Tooltip("excess:Q", title="error beyond noise (%)", format=".3~g"),
+                alt.Tooltip("direction:N", title="direction"),
             ],
         )
     )
@@ -112,6 +112,11 @@ def _path(displacement: Vector, force: Vector, name: str, width: float) -> alt.C
             y=alt.Y("force:Q", title="restoring force (kN)"),
             order="order:Q",
             color=alt.Color("of:N", title=None, scale=colours),
+            tooltip=[
+                alt.Tooltip("of:N", title="force"),
+                alt.Tooltip("displacement:Q", title="displacement (mm)", format=".4~g"),
+                alt.Tooltip("force:Q", title="restoring force (kN)", format=".4~g"),
+            ],
         )
     )
     return chart

@@ -30,6 +30,7 @@ POST /login
 POST /logout
 GET /openapi.json
 GET /readyz
+GET /static/libraries/{name}
 """
 VIEWER = """
 GET /
@@ -83,17 +84,18 @@ GET /buildings/{code}/drift
 GET /buildings/{code}/events
 GET /buildings/{code}/messages
 GET /buildings/{code}/models
-GET /charts/axial-load.svg
-GET /charts/baseline.svg
-GET /charts/drift.svg
-GET /charts/loop.svg
+GET /charts/axial-load.{form}
+GET /charts/baseline.{form}
+GET /charts/drift.{form}
+GET /charts/loop.{form}
 GET /charts/model-diagnosis.svg
-GET /charts/model-loop.svg
-GET /charts/model-trend.svg
-GET /charts/modes.svg
-GET /charts/orbit.svg
-GET /charts/stiffness.svg
-GET /charts/torsion.svg
+GET /charts/model-loop.{form}
+GET /charts/model-trend.{form}
+GET /charts/modes.{form}
+GET /charts/orbit.{form}
+GET /charts/restoring-force.{form}
+GET /charts/stiffness.{form}
+GET /charts/torsion.{form}
 GET /diagnoses/{diagnosis_id}
 GET /docs
 GET /effects
@@ -157,7 +159,7 @@ LEAST: dict[str, Role | None] = {
     if route
 }
 """The lowest role of each route; None if no key is needed."""
-VALUES = {"code": "B", "name": "friction", "channel": "XX.B.01.HNX", "service": "station"}
+VALUES = {"form": "svg", "code": "B", "name": "friction", "channel": "XX.B.01.HNX", "service": "station"}
 """Values of the parameters in paths; all others are numbers."""
 IN_USE = {"code": "PAPER", "channel": "XX.PAPER.01.HNX"}
 """Values in a database in use."""

@@ -64,7 +64,12 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
     listed = api.get("/buildings/PAPER/alerts").text
     assert listed.index("The monitoring server") < listed.index("8 % softer")
     shown = api.get("/alerts/1").text
-    for wanted in ("They carry the building", "/charts/loop.svg", "Acknowledge it", "Not sent: no recipients"):
+    for wanted in (
+        "They carry the building",
+        "/charts/restoring-force.svg",
+        "Acknowledge it",
+        "Not sent: no recipients",
+    ):
         assert wanted in shown, wanted
 
     assert api.post("/alerts/1/acknowledge", data={"name": "Jo", "note": "on my way"}).status_code == 303

@@ -1,0 +1,229 @@
+"use strict";
+// Replaces a still picture by a live chart: values under the pointer, zoom, downloads. Where a chart cannot be drawn its
+// picture stays. The policy of the pages forbids eval and styles in markup, so Vega interprets its expressions.
+
+const LIBRARY = document.currentScript.dataset.library;
+const NARROW = 560; // CSS pixels; panels beside each other would be too small
+const AXIS = 80; // CSS pixels beside a panel, for its vertical axis
+const LEAST = 120; // CSS pixels of a panel
+const AHEAD = "300px"; // charts this near to the screen are drawn
+const SHARPNESS = 2; // pixels of a saved picture per CSS pixel
+
+let library;
+
+function loaded() {
+  library ??= new Promise((done, failed) => {
+    const script = document.createElement("script");
+    script.src = LIBRARY;
+    script.onload = done;
+    script.onerror = failed;
+    document.head.append(script);
+  });
+  return library;
+}
+
+function isDark() {
+  return theme() === "dark"; // of theme.js
+}
+
+function changed(value, change) {
+  if (Array.isArray(value)) return value.map((one) => changed(one, change));
+  if (value === null || typeof value !== "object") return value;
+  const made = {};
+  for (const [name, one] of Object.entries(value)) made[name] = name === "datasets" || name === "values" ? one : changed(one, change);
+  return change(made);
+}
+
+function withConfig(spec, config) {
+  const made = { ...spec.config };
+  for (const [name, one] of Object.entries(config)) made[name] = typeof one === "object" ? { ...made[name], ...one } : one;
+  return { ...spec, config: made };
+}
+
+function withLegendsBelow(spec) {
+  return withConfig(spec, { legend: { orient: "bottom", columns: 1 } });
+}
+
+function inTheme(spec) {
+  if (!isDark()) return withConfig(spec, { background: "white" });
+  const { colours, config } = spec.usermeta.dark;
+  const change = (one) => {
+    for (const [name, value] of Object.entries(one)) {
+      if (typeof value === "string" && value in colours) one[name] = colours[value];
+      else if (name === "range" && Array.isArray(value)) one[name] = value.map((each) => colours[each] ?? each);
+    }
+    return one;
+  };
+  return withConfig(changed(spec, change), config);
+}
+
+function stacked(spec) {
+  return changed(spec, (one) => {
+    if (one.hconcat !== undefined) { // one below the other
+      const { hconcat, ...rest } = one;
+      return { ...rest, vconcat: hconcat };
+    }
+    return one.concat === undefined ? one : { ...one, columns: 1 };
+  });
+}
+
+function within(spec, most) {
+  return changed(spec, (one) => (typeof one.width === "number" && one.width > most ? { ...one, width: most } : one));
+}
+
+function withAxes(spec, axes) {
+  return changed(spec, (one) => {
+    for (const axis of axes) {
+      const scale = one[axis]?.scale ?? {};
+      if (one[axis]?.type !== "quantitative") continue;
+      one[axis] = { ...one[axis], scale: { ...scale, type: scale.type === "log" ? "linear" : "log", zero: false } };
+    }
+    return one;
+  });
+}
+
+function saved(address, name) {
+  const link = document.createElement("a");
+  link.href = address;
+  link.download = name;
+  link.click();
+}
+
+class Chart {
+  constructor(figure, spec) {
+    this.figure = figure;
+    this.spec = spec;
+    this.still = figure.querySelector("img");
+    this.title = figure.querySelector("figcaption b").textContent.replace(/\.$/, "");
+    this.area = document.createElement("div");
+    this.area.className = "live";
+    this.hasOtherAxes = false;
+  }
+
+  draw() {
+    this.drawn = (this.drawn ?? Promise.resolve()).then(() => this.drawNow());
+    return this.drawn;
+  }
+
+  async drawNow() {
+    const room = this.figure.clientWidth;
+    if (room === 0) return; // it is not shown, as on paper
+    let spec = this.hasOtherAxes ? withAxes(this.spec, this.spec.usermeta.log) : this.spec;
+    spec = inTheme(spec);
+    if (room < NARROW) spec = within(stacked(withLegendsBelow(spec)), room - AXIS);
+    await this.embed(spec);
+    for (let tries = 0; tries < 3 && this.canvasWidth() > room; tries += 1) {
+      spec = within(spec, Math.max(LEAST, this.widest(spec) - (this.canvasWidth() - room) - 1));
+      await this.embed(spec);
+    }
+    const canvas = this.area.querySelector("canvas");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", spec.description ?? this.still.alt);
+  }
+
+  async embed(spec) {
+    this.result?.finalize();
+    this.result = await vegaEmbed(this.area, spec, {
+      actions: false,
+      ast: true,
+      defaultStyle: false,
+      renderer: "canvas",
+      tooltip: { disableDefaultStyle: true },
+    });
+    this.view = this.result.view;
+  }
+
+  canvasWidth() {
+    return this.area.querySelector("canvas").getBoundingClientRect().width;
+  }
+
+  widest(spec) {
+    let most = 0;
+    changed(spec, (one) => {
+      if (typeof one.width === "number") most = Math.max(most, one.width);
+      return one;
+    });
+    return most;
+  }
+
+  show() {
+    this.still.after(this.area);
+    this.still.hidden = true;
+  }
+
+  addTools() {
+    const tools = document.createElement("p");
+    tools.className = "tools";
+    const name = this.title.replace(/[^\w]+/g, "-").toLowerCase();
+    const csv = this.figure.dataset.chart.replace(".json?", ".csv?");
+    const add = (words, act) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = words;
+      button.setAttribute("aria-label", `${words}: ${this.title}`);
+      button.addEventListener("click", () => act(button));
+      tools.append(button);
+    };
+    add("Reset zoom", () => this.draw());
+    if (this.spec.usermeta.log) {
+      add("Other axes", () => {
+        this.hasOtherAxes = !this.hasOtherAxes;
+        return this.draw();
+      });
+    }
+    add("PNG", async () => saved(await this.view.toImageURL("png", SHARPNESS), `${name}.png`));
+    add("SVG", async () => saved(await this.view.toImageURL("svg"), `${name}.svg`));
+    add("CSV", () => saved(csv, `${name}.csv`));
+    this.area.after(tools);
+  }
+}
+
+async function alive(figure) {
+  const answer = await fetch(figure.dataset.chart, { credentials: "same-origin" });
+  if (!answer.ok) return;
+  const [spec] = await Promise.all([answer.json(), loaded()]);
+  const chart = new Chart(figure, spec);
+  chart.show();
+  try {
+    await chart.draw();
+  } catch (error) {
+    chart.area.remove();
+    chart.still.hidden = false;
+    throw error;
+  }
+  chart.addTools();
+  charts.push(chart);
+}
+
+const charts = [];
+const nearby = new IntersectionObserver(
+  (seen) => {
+    for (const one of seen.filter((entry) => entry.isIntersecting)) {
+      nearby.unobserve(one.target);
+      alive(one.target);
+    }
+  },
+  { rootMargin: AHEAD },
+);
+
+function watch() {
+  for (const figure of document.querySelectorAll("figure[data-chart]:not([data-watched])")) {
+    figure.dataset.watched = "";
+    nearby.observe(figure);
+  }
+}
+
+function redraw() {
+  for (const chart of charts) chart.draw();
+}
+
+let width = innerWidth;
+addEventListener("resize", () => {
+  if (innerWidth === width) return; // a phone's address bar came or went
+  width = innerWidth;
+  redraw();
+});
+document.addEventListener("themechange", redraw);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+new MutationObserver(watch).observe(document.querySelector("main"), { childList: true, subtree: true });
+watch();

@@ -1,0 +1,158 @@
+"""Charts for a browser: the specification behind a still picture with hover and zoom, and its numbers as tables.
+
+A chart's tooltips name its fields with their units; hover and tables show these.
+"""
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from datetime import UTC, datetime
+from typing import Any
+
+from service.reports.charts import DARK_COLOURS, DARK_CONFIG, INK
+from service.reports.document import Numbers, numbers
+
+Spec = dict[str, Any]
+ROWS = ("hconcat", "vconcat", "concat")
+CONTINUOUS = frozenset({"quantitative", "temporal"})
+POINTED = frozenset({"line", "point", "circle"})
+"""Marks of which the nearest is shown."""
+ZOOM = "wheel![event.ctrlKey]"
+"""Without the key a wheel scrolls the page; a pinch on a touch pad counts as a wheel with it."""
+
+
+def live(spec: Spec) -> Spec:
+    """The specification with nearest points under the pointer, zoom and pan, and the colours of the dark theme.
+
+    Args:
+        spec: a picture's, as Altair's `to_dict` returns it.
+    """
+    made = deepcopy(spec)
+    brushed = {view for one in made.get("params", ()) for view in one.get("views", ())}
+    for number, panel in enumerate(_panels(made)):
+        _add_zoom(panel, f"zoom_{number}", has_brush=any(_name(one) in brushed for one in _leaves(panel)))
+        _add_nearest(panel, f"nearest_{number}")
+    made["usermeta"] = made.get("usermeta", {}) | {"dark": {"colours": DARK_COLOURS, "config": DARK_CONFIG}}
+    return made
+
+
+def tables(spec: Spec) -> list[tuple[str, Numbers]]:
+    """The numbers of a picture: a table for each set of rows, with its panel's title; columns as in the tooltips."""
+    found = []
+    for title, columns, rows in _sets(spec):
+        shown = [{name: _cell(row.get(field), kind) for field, name, kind in columns} for row in rows]
+        found.append((title, numbers(shown)))
+    return found
+
+
+def as_csv(spec: Spec) -> bytes:
+    """The same numbers in full, tables one below the other with an empty line between two."""
+    out = io.StringIO()
+    writer = csv.writer(out)
+    for number, (title, columns, rows) in enumerate(_sets(spec)):
+        if number:
+            writer.writerow([])
+        writer.writerow([f"{name}, {title}" if title else name for _, name, _ in columns])
+        writer.writerows([_cell(row.get(field), kind) for field, _, kind in columns] for row in rows)
+    return out.getvalue().encode()
+
+
+def title(spec: Spec) -> str:
+    """A picture's title in one line."""
+    found = spec.get("title", "")
+    text = found.get("text", "") if isinstance(found, dict) else found
+    return " ".join(text) if isinstance(text, list) else text
+
+
+def _sets(spec: Spec) -> Iterator[tuple[str, Sequence[tuple[str, str, str]], Sequence[Mapping[str, Any]]]]:
+    """Title, columns (field, name, type) and rows, of every set of rows with tooltips."""
+    seen = set()
+    for panel in _panels(spec):
+        for unit in _inherited(panel, spec.get("data")):
+            tooltips = unit["encoding"].get("tooltip")
+            rows = _rows(unit["data"], spec)
+            if not tooltips or not rows:
+                continue
+            columns = [(one["field"], one.get("title", one["field"]), one["type"]) for one in tooltips]
+            key = repr((title(panel), columns, unit["data"]))
+            if key not in seen:
+                seen.add(key)
+                yield title(panel) if panel is not spec else "", columns, rows
+
+
+def _rows(data: Any, spec: Spec) -> Sequence[Mapping[str, Any]]:  # noqa: ANN401  JSON
+    if not data:
+        return []
+    found: Sequence[Mapping[str, Any]] = data["values"] if "values" in data else spec["datasets"][data["name"]]
+    return found
+
+
+def _cell(value: object, kind: str) -> object:
+    if kind == "temporal" and isinstance(value, int | float):
+        return f"{datetime.fromtimestamp(value / 1e3, UTC):%Y-%m-%d %H:%M:%S}"
+    return "" if value is None else value
+
+
+def _panels(spec: Spec) -> Iterator[Spec]:
+    parts = [part for name in ROWS for part in spec.get(name, ())]
+    if not parts:
+        yield spec
+    for part in parts:
+        yield from _panels(part)
+
+
+def _leaves(panel: Spec) -> Iterator[Spec]:
+    if "layer" not in panel:
+        yield panel
+    for part in panel.get("layer", ()):
+        yield from _leaves(part)
+
+
+def _inherited(panel: Spec, data: object, encoding: Mapping[str, Any] | None = None) -> Iterator[Spec]:
+    """Layers that are drawn, each with the data and encoding that it inherits."""
+    own = dict(encoding or {}) | panel.get("encoding", {})
+    data = panel.get("data", data)
+    if "layer" not in panel:
+        yield panel | {"encoding": own, "data": data}
+    for part in panel.get("layer", ()):
+        yield from _inherited(part, data, own)
+
+
+def _name(unit: Spec) -> str | None:
+    return unit.get("name")
+
+
+def _add_zoom(panel: Spec, name: str, *, has_brush: bool) -> None:
+    """Zoom and pan along the continuous axes; where a window is brushed, dragging does not pan."""
+    encoding = next(_inherited(panel, None))["encoding"]
+    axes = [one for one in ("x", "y") if encoding.get(one, {}).get("type") in CONTINUOUS]
+    if len(axes) < 2:
+        return
+    axes = ["x"] if has_brush else axes
+    select = {"type": "interval", "encodings": axes, "zoom": ZOOM} | ({"translate": False} if has_brush else {})
+    next(_leaves(panel)).setdefault("params", []).append({"name": name, "select": select, "bind": "scales"})
+
+
+def _add_nearest(panel: Spec, name: str) -> None:
+    """The point of the uppermost curve or cloud that is nearest to the pointer, with its tooltip."""
+    marked = [one for one in _inherited(panel, None) if _mark(one) in POINTED and "tooltip" in one["encoding"]]
+    if not marked:
+        return
+    shown = marked[-1]
+    encoding = {channel: shown["encoding"][channel] for channel in ("x", "y", "tooltip")}
+    encoding["opacity"] = {"condition": {"param": name, "empty": False, "value": 1}, "value": 0}
+    select = {"type": "point", "nearest": True, "on": "pointermove", "clear": "pointerout"}
+    layer = {"mark": {"type": "point", "filled": True, "size": 70, "color": INK, "tooltip": True}, "encoding": encoding}
+    layer["params"] = [{"name": name, "select": select}]
+    if shown["data"]:
+        layer["data"] = shown["data"]
+    if "layer" not in panel:
+        inner = {key: panel.pop(key) for key in ("mark", "encoding", "params", "name") if key in panel}
+        panel["layer"] = [inner]
+    panel["layer"].append(layer)
+
+
+def _mark(unit: Spec) -> str:
+    mark = unit.get("mark", "")
+    return mark["type"] if isinstance(mark, dict) else mark
