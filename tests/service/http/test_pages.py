@@ -233,11 +233,12 @@ def test_what_was_not_measured_is_no_picture(database_url: str, stored: Session)
 def test_every_picture_is_drawn_and_has_its_data_beside_it(database_url: str, stored: Session) -> None:
     tower = building(stored, "A", "Tower")
     analysed(stored, event(stored, tower, 1, "analysed"), result())
-    figures = re.findall(r"<figure>.*?</figure>", home(database_url, stored), re.DOTALL)
+    figures = re.findall(r"<figure .*?</figure>", home(database_url, stored), re.DOTALL)
     assert len(figures) == 2
     with client(database_url) as api:
         for figure in figures:
-            picture, data = re.findall(r'(?:src|href)="([^"]*)"', figure)
+            picture, table, data = re.findall(r'(?:src|href)="([^"]*)"', figure)
+            assert "<caption>" in api.get(table).text
             assert api.get(picture).headers["content-type"] == "image/svg+xml"
             assert api.get(data).headers["content-type"].startswith("text/csv")
 

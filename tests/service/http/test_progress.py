@@ -90,7 +90,7 @@ def test_a_ticked_box_survives_the_job_and_its_event_is_held_out(url: str, sessi
         page.evaluate(SEEN)
         work_with_progress(sessions)
         page.locator("#work .state", has_text="done").wait_for()
-        page.locator("#results img").first.wait_for()
+        page.locator("#results figure").first.wait_for()
         assert page.locator("#comparisons tbody tr").count() == 2
         assert any("Reading" in one for one in page.evaluate("() => seen")), "the progress moved"
         assert page.locator("[name=hold_out_2]").is_checked()
