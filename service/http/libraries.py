@@ -26,7 +26,7 @@ def _vega() -> bytes:
     notice = NOTICE.format(
         "Vega-Embed, Vega and Vega-Lite", vl_convert.get_vega_embed_version(), "BSD-3-Clause", *_VEGA
     )
-    return (notice + vl_convert.javascript_bundle()).encode()
+    return (notice + vl_convert.javascript_bundle(snippet="window.vegaEmbed = vegaEmbed;")).encode()
 
 
 _VEGA = "vl-convert-python", version("vl-convert-python")

@@ -78,8 +78,11 @@ def restoring_force(
     histories = alt.vconcat(moved, forces.add_params(brush), spacing=12)
     heading = alt.Title(title, subtitle=subtitle)
     shown = _over_displacement(displacement, force)
-    both = alt.hconcat(_loop(motion, brush), histories, title=heading, description=shown, spacing=30, config=CONFIG)
-    return both.resolve_scale(color="independent")  # the legend is that of the force history
+    both: alt.HConcatChart = alt.hconcat(
+        _loop(motion, brush), histories, title=heading, description=shown, spacing=30, config=CONFIG
+    )
+    shown_apart: alt.HConcatChart = both.resolve_scale(color="independent")  # the legend is that of the force history
+    return shown_apart
 
 
 def loop(*, time: Vector, displacement: Vector, force: Vector, title: str, subtitle: str = "") -> alt.LayerChart:

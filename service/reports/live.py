@@ -143,7 +143,10 @@ def _add_nearest(panel: Spec, name: str) -> None:
     encoding = {channel: shown["encoding"][channel] for channel in ("x", "y", "tooltip")}
     encoding["opacity"] = {"condition": {"param": name, "empty": False, "value": 1}, "value": 0}
     select = {"type": "point", "nearest": True, "on": "pointermove", "clear": "pointerout"}
-    layer = {"mark": {"type": "point", "filled": True, "size": 70, "color": INK, "tooltip": True}, "encoding": encoding}
+    layer: Spec = {
+        "mark": {"type": "point", "filled": True, "size": 70, "color": INK, "tooltip": True},
+        "encoding": encoding,
+    }
     layer["params"] = [{"name": name, "select": select}]
     if shown["data"]:
         layer["data"] = shown["data"]
@@ -155,4 +158,4 @@ def _add_nearest(panel: Spec, name: str) -> None:
 
 def _mark(unit: Spec) -> str:
     mark = unit.get("mark", "")
-    return mark["type"] if isinstance(mark, dict) else mark
+    return str(mark["type"] if isinstance(mark, dict) else mark)
