@@ -25,6 +25,8 @@ class Level:
     """N/m, design value of the storey below this floor; None if not given."""
     mass_uncertainty: float = 0.0
     """Standard deviation of the mass over the mass, the total of all masses being right."""
+    height: float | None = None
+    """m, of the storey below this floor; None if not given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,8 @@ class IsolationLayer:
     """m, design displacement; None if not given."""
     moat_clearance: float | None = None
     """m, smallest gap between the building and the surrounding wall; None if not given."""
+    damper_stroke: float | None = None
+    """m, rated stroke of the dampers; None without dampers."""
 
 
 @dataclass(frozen=True, slots=True)

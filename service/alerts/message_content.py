@@ -13,8 +13,8 @@ from service.alerts.tables import Alert
 from service.buildings.recipient_rules import Severity
 from service.notify.outbox import MessageContent, Order
 from service.verdict import texts as verdict_texts
-from service.verdict.assessment import STIFFNESS_CHANGE
 from service.verdict.checks import Check, Level
+from service.verdict.limits import STIFFNESS_CHANGE
 from service.verdict.schema import verdict_json
 
 SEVERITIES: dict[str, Severity] = {

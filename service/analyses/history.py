@@ -1,13 +1,21 @@
 """Reads over the years: results of a building's events by their latest analysis, and its alerts."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
 from sqlalchemy import func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert, AlertChange, Inspection
-from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult, SensorResult
+from service.analyses.tables import (
+    Analysis,
+    CycleResult,
+    DirectionResult,
+    LayerResult,
+    ModeResult,
+    SensorResult,
+    ShakingResult,
+)
 from service.db.select import Line, Place, Question, Span
 from service.drift.tables import DriftValue, MonitoredSeries, ReferencePeriod
 from service.records.tables import Event
@@ -115,9 +123,14 @@ def largest_before(session: Session, event: Event) -> float | None:
 
 
 def moved_far(
-    session: Session, building_id: int, since: datetime | None, displacement: float, residual: float
+    session: Session,
+    building_id: int,
+    since: datetime | None,
+    displacement: float,
+    residual: float,
+    shaking: Mapping[str, float],
 ) -> Sequence[Line]:
-    """(Event, Analysis) of the earthquakes in which a direction reached one of two displacements, the earliest first.
+    """(Event, Analysis) of the earthquakes that reached one of these values, the earliest first.
 
     Args:
         session: to read with.
@@ -125,11 +138,15 @@ def moved_far(
         since: earthquakes that ended before are left out; None: none is.
         displacement: m, in one direction.
         residual: m, in one direction.
+        shaking: by column of ShakingResult.
     """
     far = or_(
-        DirectionResult.peak_displacement >= displacement, func.abs(DirectionResult.residual_displacement) >= residual
+        DirectionResult.peak_displacement >= displacement,
+        func.abs(DirectionResult.residual_displacement) >= residual,
+        *(ShakingResult.__table__.c[name] >= value for name, value in shaking.items()),
     )
-    query = _moved(building_id).with_only_columns(Event.id).where(far)
+    shaken = _moved(building_id).outerjoin(ShakingResult, ShakingResult.analysis_id == Analysis.id)
+    query = shaken.with_only_columns(Event.id).where(far)
     if since is not None:
         query = query.where(Event.end > since)
     both = select(Event, Analysis).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)

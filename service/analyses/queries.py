@@ -7,7 +7,7 @@ from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session, aliased, selectinload
 
 from service.analyses.retention import DELETED
-from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult
+from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ShakingResult
 from service.buildings.tables import Building
 from service.db.select import Line, Question
 from service.errors import NotFoundError
@@ -117,6 +117,11 @@ def loop(session: Session, result_id: int) -> Line:
 def layer_result(session: Session, analysis_id: int) -> LayerResult | None:
     """The result of an analysis across its directions, without histories; None where there is none."""
     return session.scalars(select(LayerResult).where(LayerResult.analysis_id == analysis_id)).one_or_none()
+
+
+def shaking_result(session: Session, analysis_id: int) -> ShakingResult | None:
+    """Strength of the shaking by an analysis; None where an earlier version made it."""
+    return session.scalars(select(ShakingResult).where(ShakingResult.analysis_id == analysis_id)).one_or_none()
 
 
 def layer_motion(session: Session, event_id: int, analysis_id: int | None) -> Line:

@@ -47,8 +47,18 @@ class SourceFile:
 
 
 @dataclass(frozen=True, slots=True)
+class GivenLimits:
+    """The designer's limits of one check, in the unit of its value; None where there is none of that level."""
+
+    watch: float | None
+    inspect: float | None
+    act: float | None
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
 class BuildingFile:
-    """A building, its monitoring server and the gains of its channels."""
+    """A building, its monitoring server, the gains of its channels and the limits of its checks."""
 
     description: BuildingDescription
     source: SourceFile | None
@@ -59,6 +69,8 @@ class BuildingFile:
     timezone: str
     """IANA name."""
     receivers: tuple[ReceiverRule, ...]
+    limits: Mapping[str, GivenLimits]
+    """By check, where the file gives them."""
 
 
 def read(text: str, folder: Path) -> BuildingFile:
@@ -119,6 +131,7 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
             design=design,
             design_displacement=table.isolation.design_displacement,
             moat_clearance=table.isolation.moat_clearance,
+            damper_stroke=table.isolation.damper_stroke,
         ),
         channels=tuple(_channel(channel) for channel in table.channel),
     )
@@ -130,11 +143,12 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         longitude=table.longitude,
         timezone=table.timezone,
         receivers=tuple(_receiver(receiver) for receiver in table.receiver),
+        limits={name: GivenLimits(**levels.model_dump()) for name, levels in table.limits if levels is not None},
     )
 
 
 def _level(table: LevelTable) -> Level:
-    return Level(table.name, table.role, table.mass, table.stiffness, table.mass_uncertainty)
+    return Level(table.name, table.role, table.mass, table.stiffness, table.mass_uncertainty, table.height)
 
 
 def _channel(table: ChannelTable) -> Channel:

@@ -1,6 +1,7 @@
 """Checks of a building file that go beyond its keys and types: each yields the problems it finds."""
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Any, get_args
 
 from service.addresses import web_address_problem
@@ -42,8 +43,9 @@ def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
             )
         if index > 0 and "mass" not in level:
             yield ("level", index), "mass is missing (kg)"
-        if index < 2 and "stiffness" in level:
-            yield ("level", index, "stiffness"), "only a floor has a storey below it; leave it out here"
+        for key in ("stiffness", "height"):
+            if index < 2 and key in level:
+                yield ("level", index, key), "only a floor has a storey below it; leave it out here"
         if index == 0 and "mass_uncertainty" in level:
             yield ("level", index, "mass_uncertainty"), "the ground has no mass; leave it out here"
 
@@ -57,6 +59,25 @@ def _wrong_gap(document: Mapping[str, Any]) -> Iterator[Problem]:
     if isinstance(design, int | float) and isinstance(gap, int | float) and gap < design:
         message = f"{gap:g} m is less than design_displacement, {design:g} m; check both"
         yield ("isolation", "moat_clearance"), f"{message}: the building must not reach the wall within its design"
+
+
+def _wrong_limits(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Limits without a level, or that do not rise from watch to inspect to act."""
+    limits = document.get("limits")
+    for check, levels in limits.items() if isinstance(limits, dict) else ():
+        if not isinstance(levels, dict):
+            continue
+        given = [(name, levels[name]) for name in ("watch", "inspect", "act") if name in levels]
+        numbers = [(name, value) for name, value in given if isinstance(value, int | float)]
+        if not given:
+            yield ("limits", check), "gives no level; give watch, inspect or act, or leave it out for the defaults"
+        for (lower, low), (upper, high) in pairwise(numbers):
+            if high <= low:
+                yield ("limits", check, upper), f"{high:g} must be above {lower}, {low:g}"
+        if check == "long_period_class":
+            for name, value in numbers:
+                if value not in (1, 2, 3, 4):
+                    yield ("limits", check, name), f"the classes are 1, 2, 3 and 4, got {value:g}"
 
 
 def _wrong_source(document: Mapping[str, Any]) -> Iterator[Problem]:
@@ -137,5 +158,13 @@ def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
 
 
-CHECKS: tuple[Check, ...] = (_wrong_keys, _wrong_levels, _wrong_gap, _wrong_source, _wrong_channels, _wrong_receivers)
+CHECKS: tuple[Check, ...] = (
+    _wrong_keys,
+    _wrong_levels,
+    _wrong_gap,
+    _wrong_limits,
+    _wrong_source,
+    _wrong_channels,
+    _wrong_receivers,
+)
 """Checks of every file; `wrong_addresses` is for new ones only."""

@@ -55,6 +55,10 @@ class LevelTable(Table):
         description="standard deviation of the mass over the mass, the total being right: 0.1 is 10 %; part of the "
         "bands of the force, k_eq and c_eq",
     )
+    height: Positive | None = Field(
+        default=None,
+        description="m, of the storey below this floor; without it the storey's drift cannot be checked",
+    )
 
 
 class DesignTable(Table):
@@ -82,7 +86,44 @@ class IsolationTable(Table):
         description="m, smallest gap between the moving building and the surrounding wall; without it the displacement "
         "in an earthquake cannot be checked against the gap",
     )
+    damper_stroke: Horizontal | None = Field(
+        default=None, description="m, rated stroke of the dampers; leave it out where the layer has none"
+    )
     design: DesignTable = Field(default=DesignTable(), description="design values")
+
+
+class LimitTable(Table):
+    """One entry of `[limits]`: the levels of one check, in the unit of its value, rising."""
+
+    watch: Positive | None = Field(default=None, description="from this value on the verdict is at least watch")
+    inspect: Positive | None = Field(default=None, description="from this value on the verdict is at least inspect")
+    act: Positive | None = Field(default=None, description="from this value on the verdict is act")
+    source: Text = Field(description="where the limits come from, as the verdict names it")
+
+
+class LimitsTable(Table):
+    """`[limits]`: the designer's limits in place of Menshin's defaults."""
+
+    shear_strain: LimitTable | None = Field(default=None, description="largest displacement over rubber_height")
+    design_displacement: LimitTable | None = Field(
+        default=None, description="largest displacement over design_displacement"
+    )
+    moat_clearance: LimitTable | None = Field(default=None, description="largest displacement over moat_clearance")
+    damper_stroke: LimitTable | None = Field(default=None, description="largest displacement over damper_stroke")
+    residual_displacement: LimitTable | None = Field(default=None, description="m, left by one earthquake")
+    storey_drift: LimitTable | None = Field(default=None, description="drift over height, as in 0.002 for 1/500")
+    floor_acceleration: LimitTable | None = Field(default=None, description="m/s², largest of any floor")
+    jma_intensity: LimitTable | None = Field(
+        default=None, description="JMA instrumental intensity at the ground, unofficial"
+    )
+    long_period_class: LimitTable | None = Field(
+        default=None, description="class of long-period ground motion, 1 to 4, unofficial"
+    )
+    stiffness: LimitTable | None = Field(
+        default=None,
+        description="relative change of the isolators' stiffness at equal amplitude and temperature: inspect is the "
+        "range that the maker gives",
+    )
 
 
 class SourceTable(Table):
@@ -186,6 +227,7 @@ class BuildingTable(Table):
     )
     level: Annotated[list[LevelTable], Field(min_length=3)] = Field(description="levels from the ground up")
     isolation: IsolationTable = Field(default=IsolationTable(), description="the isolation layer")
+    limits: LimitsTable = Field(default=LimitsTable(), description="limits of the verdict's checks")
     source: SourceTable | None = Field(default=None, description="where records are fetched")
     channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
     receiver: list[ReceiverTable] = Field(default=[], description="recipients of messages; see messages.md")

@@ -10,6 +10,7 @@ from service.cli.inputs import REFUSED, current_settings, end, levels_by_name, r
 if TYPE_CHECKING:
     from core.analysis import AnalysisSettings, EventAnalysis
     from core.description import BuildingDescription
+    from service.buildings.description import BuildingFile
     from service.records.event_files import EventFiles
 
 app = typer.Typer()
@@ -63,7 +64,7 @@ def analyse(
         raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
     stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(earthquakes) > 1 else "" for event in earthquakes]
     results = [
-        _analysed(event, described.description, settings, _stamped(json, stamp), out and out / stamp)
+        _analysed(event, described, settings, _stamped(json, stamp), out and out / stamp)
         for event, stamp in zip(earthquakes, stamps, strict=True)
     ]
     if any(result.refusal is not None for result in results):
@@ -72,7 +73,7 @@ def analyse(
 
 def _analysed(
     event: "EventFiles",
-    description: "BuildingDescription",
+    building: "BuildingFile",
     settings: "AnalysisSettings",
     json: Path | None,
     out: Path | None,
@@ -87,8 +88,9 @@ def _analysed(
     from service.verdict.measured import of_analysis
     from service.verdict.schema import verdict_out
 
+    description = building.description
     result = analyse_event(event.segments, description, settings)
-    assessment = of_analysis(result, description)
+    assessment = of_analysis(result, description, building.limits)
     Console().print(summary(result, description))
     Console().print(verdict_terminal.checks(assessment))
     if json is not None:

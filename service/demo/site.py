@@ -16,6 +16,7 @@ TIMEZONE = "Asia/Tokyo"
 RATE = 100.0  # Hz
 RUBBER_HEIGHT = 0.2  # m, displacement of 100 % shear strain (paper, section 8)
 DESIGN_DISPLACEMENT, MOAT_CLEARANCE = 0.4, 0.5  # m, assumed: 200 % shear strain plus a quarter
+STOREY_HEIGHT = 4.0  # m, assumed
 GROUND, BASE, FLOORS = "ground", "1F", ("2F", "3F", "4F", "5F", "6F", "7F", "roof")
 DIRECTIONS: tuple[Direction, ...] = ("x", "y")
 BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, length that covers every record of the demonstration
@@ -80,7 +81,7 @@ def building_file(server: str, installed: Sequence[Sensor] = SENSORS) -> str:
         f'[[level]]\nname = "{GROUND}"\nrole = "ground"',
     ]
     for name, mass, stiffness in zip((BASE, *FLOORS), masses, stiffnesses, strict=True):
-        design = f"\nstiffness = {stiffness:.6g}" if stiffness else ""
+        design = f"\nstiffness = {stiffness:.6g}\nheight = {STOREY_HEIGHT}" if stiffness else ""
         lines.append(
             f'[[level]]\nname = "{name}"\nrole = "{"floor" if stiffness else "base"}"\nmass = {mass:.1f}{design}'
         )

@@ -14,7 +14,6 @@ from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session
 
-from core.description import IsolationLayer
 from core.drift.alarms import Alarm
 from core.drift.explanations import explanations, shifts
 from core.drift.monitor import Monitoring
@@ -24,12 +23,14 @@ from service.alerts.candidates import AlertCandidate, Kind
 from service.alerts.texts import LIMITS, RECOVERED, local_time
 from service.analyses import history
 from service.buildings import store as building_store
+from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.drift import texts
 from service.records.tables import Event
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.checks import Check, Level, Measured, gravest
-from service.verdict.limits import RESIDUAL, first_to_inspect, motion_checks
+from service.verdict.limits import RESIDUAL_OFFSET, first_to_inspect, level_limit, limits_of, motion_checks
+from service.verdict.shaking import first_to_inspect_shaking, shaking_checks
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""
@@ -61,7 +62,7 @@ def limit_candidates(session: Session, building_id: int) -> tuple[AlertCandidate
     """One candidate for all earthquakes since the last inspection that exceeded a limit of inspection or action."""
     building = session.get_one(Building, building_id)
     file = building_store.described(session, building)
-    over = list(_exceedances(session, building_id, file.description.isolation))
+    over = list(_exceedances(session, building_id, file))
     if not over:
         return ()
     gravest_event, checks, displacement = max(over, key=lambda one: (one[1][0].level.rank, _size(one[2])))
@@ -157,20 +158,27 @@ def _evidence(alarm: Alarm) -> dict[str, Any]:
 
 
 def _exceedances(
-    session: Session, building_id: int, layer: IsolationLayer
+    session: Session, building_id: int, file: BuildingFile
 ) -> Iterator[tuple[Event, tuple[Check, ...], Measured | None]]:
     """Each earthquake with the checks that exceeded a limit of inspection or action, the gravest first."""
-    far = first_to_inspect(layer)
+    layer = file.description.isolation
+    limits = limits_of(layer, file.limits)
+    far, left = first_to_inspect(layer, limits), level_limit(limits, RESIDUAL_OFFSET)
     moved = history.moved_far(
         session,
         building_id,
         since=history.last_inspection(session, building_id, LIMITS),
         displacement=float("inf") if far is None else far / sqrt(DIRECTIONS),
-        residual=(RESIDUAL.inspect or RESIDUAL.watch) / sqrt(DIRECTIONS),
+        residual=float("inf") if left is None else left / sqrt(DIRECTIONS),
+        shaking=first_to_inspect_shaking(limits, file.description),
     )
     for event, analysis in moved:
         displacement, residual = reading.motion(session, analysis)
-        checks = [one for one in motion_checks(layer, displacement, residual) if _needs_inspection(one)]
+        every = (
+            *motion_checks(layer, limits, displacement, residual),
+            *shaking_checks(reading.shaking_facts(session, analysis, file.description), limits),
+        )
+        checks = [one for one in every if _needs_inspection(one)]
         if checks:
             ordered = tuple(sorted(checks, key=lambda one: -one.level.rank))
             yield event, ordered, displacement if isinstance(displacement, Measured) else None

@@ -5,14 +5,44 @@ provisional, beyond the limits or beyond what earlier earthquakes showed; nothin
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from core.description import IsolationLayer
+from service.buildings.description import GivenLimits
 from service.verdict.checks import Check, Lacking, Level, Limits, Measured, Outcome, checked, gravest, undecided
-from service.verdict.limits import DESIGN, MOAT, RESIDUAL_OFFSET, STIFFNESS, STRAIN, TOLERANCE, motion_checks
+from service.verdict.limits import (
+    DESIGN,
+    DRIFT,
+    FLOOR_ACCELERATION,
+    INTENSITY,
+    LONG_PERIOD,
+    MOAT,
+    RESIDUAL_OFFSET,
+    STIFFNESS_CHANGE,
+    STRAIN,
+    TOLERANCE,
+    TRAVEL,
+    limits_of,
+    motion_checks,
+)
+from service.verdict.shaking import ShakingFacts, shaking_checks
 
-LARGEST, STIFFNESS_CHANGE, DATA = "largest_so_far", "stiffness", "data_quality"
-REQUIRED = frozenset({STRAIN, DESIGN, MOAT, RESIDUAL_OFFSET, LARGEST, STIFFNESS_CHANGE, DATA})
+LARGEST, DATA = "largest_so_far", "data_quality"
+REQUIRED = frozenset(
+    {
+        STRAIN,
+        DESIGN,
+        MOAT,
+        RESIDUAL_OFFSET,
+        DRIFT,
+        FLOOR_ACCELERATION,
+        INTENSITY,
+        LONG_PERIOD,
+        LARGEST,
+        STIFFNESS_CHANGE,
+        DATA,
+    }
+)
 """Names of checks without which nothing is normal."""
 
 
@@ -34,6 +64,8 @@ class OpenAlert:
     low: float | None = None
     high: float | None = None
     """95 % interval of the change; None where it has no size."""
+    tolerance: float = TOLERANCE
+    """Relative change of stiffness beyond which the isolators are to be inspected."""
     exceeded: Level | None = None
     """Level of the limit that was exceeded; None where the alert is about none."""
     rests_here: bool = False
@@ -57,7 +89,7 @@ class OpenAlert:
             if self.kind in ("recovery", "model", "data"):
                 return Level.WATCH
             if self.kind == "deterioration" and self.cause.partition("/")[0] == STIFFNESS_CHANGE:
-                return _of_change(self.low, self.high)
+                return _of_change(self.low, self.high, self.tolerance)
         return Level.UNDECIDED
 
 
@@ -77,10 +109,13 @@ class Facts:
     provisional: str = ""
     """Reason why the result is not final; empty if it is."""
     layer: IsolationLayer
+    limits: Mapping[str, GivenLimits] = field(default_factory=dict)
+    """The designer's, by check; where there are none, the defaults count."""
     displacement: Measured | Lacking
     """m, largest in plan."""
     residual: Measured | Lacking
     """m, in plan."""
+    shaking: ShakingFacts
     largest_earlier: float | None
     """m, largest displacement in plan in earlier earthquakes; None before the first that was measured."""
     stiffness: Mapping[str, Measured | Lacking]
@@ -141,10 +176,14 @@ def _levels(facts: Facts, checks: tuple[Check, ...]) -> Iterator[Level]:
 
 
 def _checks(facts: Facts) -> Iterator[Check]:
-    yield from motion_checks(facts.layer, facts.displacement, facts.residual)
+    limits = limits_of(facts.layer, facts.limits)
+    yield from motion_checks(facts.layer, limits, facts.displacement, facts.residual)
+    if isinstance(lacking := limits.get(TRAVEL), Lacking):
+        yield undecided(TRAVEL, lacking)
+    yield from shaking_checks(facts.shaking, limits)
     yield checked(LARGEST, facts.displacement, _largest(facts.largest_earlier), unit="m")
     for direction, change in sorted((facts.stiffness or {"": NO_DIRECTION}).items()):
-        yield checked(STIFFNESS_CHANGE, change, STIFFNESS, subject=direction)
+        yield checked(STIFFNESS_CHANGE, change, limits[STIFFNESS_CHANGE], subject=direction)
     yield _data(facts.data_problems)
 
 
@@ -169,9 +208,9 @@ def _data(problems: tuple[str, ...] | Lacking) -> Check:
     return Check(name=DATA, outcome=Outcome.PASSED, level=Level.NORMAL)
 
 
-def _of_change(low: float | None, high: float | None) -> Level:
+def _of_change(low: float | None, high: float | None, tolerance: float) -> Level:
     if low is None or high is None:
         return Level.UNDECIDED
-    if low >= TOLERANCE or high <= -TOLERANCE:
+    if low >= tolerance or high <= -tolerance:
         return Level.INSPECT
-    return Level.WATCH if low > -TOLERANCE and high < TOLERANCE else Level.UNDECIDED
+    return Level.WATCH if low > -tolerance and high < tolerance else Level.UNDECIDED

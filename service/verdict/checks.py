@@ -51,6 +51,8 @@ class Measured:
     """Its absolute value is checked."""
     uncertainty: float | None
     """95 %, the same unit; None where it is not known."""
+    note: str = ""
+    """Place of the value, or how far its determination goes."""
     doubt: str = ""
     """Reason why the true value may exceed the measured one and its uncertainty; empty if it may not."""
     remedy: str = ""
@@ -69,7 +71,7 @@ class Lacking:
 class Limits:
     """Limits of a check in the unit of its value, rising; None where there is none of that level."""
 
-    watch: float
+    watch: float | None = None
     inspect: float | None = None
     act: float | None = None
     source: str
@@ -95,6 +97,8 @@ class Check:
     """Level that the check alone leads to: normal where it is passed."""
     unit: str = "1"
     """SI unit of the value and the limits."""
+    note: str = ""
+    """Place of the value, or how far its determination goes; empty where nothing is to be said."""
     value: float | None = None
     uncertainty: float | None = None
     """95 %; None where there is no value, or its uncertainty is not known."""
@@ -132,7 +136,8 @@ def checked(
         return undecided(name, NOT_A_NUMBER, limits=limits, unit=unit, subject=subject)
     exceeded, unclear = _against(measured, limits)
     outcome = Outcome.EXCEEDED if exceeded else Outcome.UNDECIDED if unclear else Outcome.PASSED
-    deciding_text = max(exceeded.values()) if exceeded else min(unclear.values()) if unclear else limits.watch
+    lowest = min((limit for _, limit in limits), default=None)
+    deciding = max(exceeded.values()) if exceeded else min(unclear.values()) if unclear else lowest
     return Check(
         name=name,
         subject=subject,
@@ -141,8 +146,9 @@ def checked(
         unit=unit,
         value=measured.value,
         uncertainty=measured.uncertainty,
+        note=measured.note,
         limits=limits,
-        limit=deciding_text,
+        limit=deciding,
         reason=_doubt(measured) if unclear else "",
         remedy=_remedy(measured) if unclear else "",
     )
@@ -166,6 +172,7 @@ def undecided(
         unit=unit,
         value=None if measured is None else measured.value,
         uncertainty=None if measured is None else measured.uncertainty,
+        note="" if measured is None else measured.note,
         limits=limits,
         reason=lacking.reason,
         remedy=lacking.remedy,

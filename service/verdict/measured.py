@@ -5,15 +5,16 @@ from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
 from core.description import BuildingDescription
+from service.buildings.description import GivenLimits
+from service.verdict import shaking
 from service.verdict.assessment import Assessment, Facts, assess
 from service.verdict.checks import Lacking, Measured
+from service.verdict.shaking import COVERAGE
 
 if TYPE_CHECKING:
     from core.analysis import EventAnalysis
 
 DIRECTIONS = ("x", "y")
-COVERAGE = 2.0
-"""Standard deviations of the 95 % uncertainty."""
 NO_DISPLACEMENT = Lacking(
     reason="Nothing measured how far the isolators moved.",
     remedy="A displacement transducer on the isolators, or an accelerometer on the ground.",
@@ -28,7 +29,9 @@ NOT_COMPARED = Lacking(
 )
 
 
-def of_analysis(event: "EventAnalysis", description: BuildingDescription) -> Assessment:
+def of_analysis(
+    event: "EventAnalysis", description: BuildingDescription, limits: Mapping[str, GivenLimits]
+) -> Assessment:
     """The assessment of files: without earlier earthquakes or alerts, so that what needs them is undecided."""
     moved = {name: direction.motion for name, direction in event.directions.items() if direction.motion is not None}
     left: dict[str, tuple[float, float | None]] = {
@@ -41,6 +44,8 @@ def of_analysis(event: "EventAnalysis", description: BuildingDescription) -> Ass
         Facts(
             unusable="" if event.refusal is None else f"Its records cannot be used: {event.refusal}",
             layer=description.isolation,
+            limits=limits,
+            shaking=shaking.of_analysis(event, description),
             displacement=measured_displacement(peaks, event.peak_resultant),
             residual=measured_residual(left),
             largest_earlier=None,

@@ -3,31 +3,35 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from sqlalchemy import ScalarSelect, exists, func, select
 from sqlalchemy.orm import Session, aliased
 
-from core.description import BuildingDescription
 from service.alerts.tables import Alert
-from service.analyses.tables import Analysis, DirectionResult, LayerResult
+from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.buildings import store as building_store
+from service.buildings.description import BuildingFile
 from service.buildings.tables import Building, Revision
 from service.db.select import Line, Question
 from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
 from service.records.tables import Event
+from service.verdict.limits import STIFFNESS_CHANGE, TOLERANCE
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StoredFacts:
     """Stored facts about an earthquake and its building, besides the event and its analysis."""
 
-    description: BuildingDescription
+    file: BuildingFile
     results: Sequence[DirectionResult]
     """Directions of the analysis; empty without one."""
     layer: LayerResult | None
+    shaking: ShakingResult | None
+    """None of an analysis by an earlier version."""
     largest_earlier: float | None
     """m, largest displacement in plan in the earthquakes before; None where none was measured."""
     stiffness: Sequence[tuple[Any, ...]]
@@ -36,6 +40,12 @@ class StoredFacts:
     """True while the comparison with earlier earthquakes has not finished."""
     alerts: Sequence[tuple[Alert, str]]
     """Open alerts with their states, by number."""
+
+    @property
+    def tolerance(self) -> float:
+        """Relative change of stiffness beyond which the isolators are to be inspected."""
+        given = self.file.limits.get(STIFFNESS_CHANGE)
+        return TOLERANCE if given is None else given.inspect or given.act or inf
 
 
 def last_events(session: Session, buildings: Question) -> Sequence[Line]:
@@ -49,15 +59,17 @@ def stored_facts(session: Session, buildings: Question) -> Mapping[int, StoredFa
     of_last = _last(buildings).with_only_columns(Analysis.id)
     results = _grouped(session, _with_building(DirectionResult, of_last).order_by(DirectionResult.direction))
     layers = _grouped(session, _with_building(LayerResult, of_last))
+    shaken = _grouped(session, _with_building(ShakingResult, of_last))
     alerts = _grouped(session, select(Alert.building_id, Alert).where(*_open(buildings)).order_by(Alert.id))
     stiffness = _grouped(session, _stiffness(buildings))
     largest = {line[0]: line[1] for line in session.execute(_largest_earlier(buildings))}
     compared = set(session.scalars(_being_compared(buildings)))
     return {
         number: StoredFacts(
-            description=building_store.parsed(revision).description,
+            file=building_store.parsed(revision),
             results=[line[1] for line in results[number]],
             layer=next((line[1] for line in layers[number]), None),
+            shaking=next((line[1] for line in shaken[number]), None),
             largest_earlier=largest.get(number),
             stiffness=[tuple(line[1:]) for line in stiffness[number]],
             is_being_compared=number in compared,
@@ -99,7 +111,7 @@ def _revisions(buildings: Question) -> Question:
     return select(Revision.building_id, Revision).where(*of_buildings)
 
 
-def _with_building(table: type[DirectionResult | LayerResult], analyses: Question) -> Question:
+def _with_building(table: type[DirectionResult | LayerResult | ShakingResult], analyses: Question) -> Question:
     """(number of the building, row) of the results of these analyses."""
     joined = select(Event.building_id, table).join(Analysis, Analysis.id == table.analysis_id)
     return joined.join(Event, Event.id == Analysis.event_id).where(table.analysis_id.in_(analyses))

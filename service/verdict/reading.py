@@ -6,6 +6,7 @@ from datetime import datetime
 from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
+from core.description import BuildingDescription
 from service.alerts.tables import Alert
 from service.analyses import history, queries as analysis_queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
@@ -16,11 +17,11 @@ from service.drift.tables import DriftValue
 from service.jobs import queue as job_queue
 from service.records import queries as record_queries
 from service.records.tables import Event
-from service.verdict import overview
+from service.verdict import overview, shaking
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Measured
+from service.verdict.limits import TOLERANCE
 from service.verdict.measured import (
-    COVERAGE,
     NO_DISPLACEMENT,
     NO_RESIDUAL,
     NOT_COMPARED,
@@ -28,6 +29,7 @@ from service.verdict.measured import (
     measured_residual,
 )
 from service.verdict.overview import StoredFacts
+from service.verdict.shaking import COVERAGE, ShakingFacts
 from service.verdict.texts import NONE_YET
 
 SILENT = ("source", "record")
@@ -70,9 +72,10 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
     building = session.get_one(Building, event.building_id)
     analysis = record_queries.event_with_analysis(session, event.id).Analysis
     facts = StoredFacts(
-        description=building_store.described(session, building).description,
+        file=building_store.described(session, building),
         results=analysis_queries.direction_results(session, analysis.id) if analysis else (),
         layer=analysis_queries.layer_result(session, analysis.id) if analysis else None,
+        shaking=analysis_queries.shaking_result(session, analysis.id) if analysis else None,
         largest_earlier=history.largest_before(session, event),
         stiffness=[tuple(row) for row in history.stiffness_values(session, event)],
         is_being_compared=job_queue.is_monitoring_pending(session, building.id),
@@ -106,13 +109,15 @@ def _of_building(row: Line, facts: StoredFacts) -> Assessment:
         Facts(
             unusable=NONE_YET,
             silence=silence,
-            layer=facts.description.isolation,
+            layer=facts.file.description.isolation,
+            limits=facts.file.limits,
             displacement=NO_DISPLACEMENT,
             residual=NO_RESIDUAL,
+            shaking=shaking.lacking(shaking.NO_SHAKING),
             largest_earlier=None,
             stiffness={},
             data_problems=(),
-            alerts=tuple(_alert(one, state, None) for one, state in facts.alerts),
+            alerts=tuple(_alert(one, state, None, facts.tolerance) for one, state in facts.alerts),
         )
     )
 
@@ -135,6 +140,11 @@ def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lack
     return _displacement(results, layer), _residual(results)
 
 
+def shaking_facts(session: Session, analysis: Analysis, description: BuildingDescription) -> ShakingFacts:
+    """Measures of the shaking, floors and storeys, by an analysis."""
+    return shaking.of_result(analysis_queries.shaking_result(session, analysis.id), description)
+
+
 def _event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, silence: str = "") -> Facts:
     usable = analysis if analysis is not None and analysis.refusal is None else None
     is_pending = usable is None and event.state in STATES
@@ -143,14 +153,22 @@ def _event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, si
         unusable=_unusable(event),
         silence=silence,
         provisional=_provisional(event, facts),
-        layer=facts.description.isolation,
+        layer=facts.file.description.isolation,
+        limits=facts.file.limits,
         displacement=PENDING if is_pending else _displacement(results, layer),
         residual=PENDING if is_pending else _residual(results),
+        shaking=shaking.lacking(PENDING) if is_pending else _shaking(usable, facts),
         largest_earlier=facts.largest_earlier,
-        stiffness=dict.fromkeys(facts.description.horizontal_directions, PENDING) if is_pending else _stiffness(facts),
+        stiffness=_stiffness(facts, is_pending),
         data_problems=_problems(usable) if usable is not None else PENDING,
-        alerts=tuple(_alert(one, state, event) for one, state in facts.alerts),
+        alerts=tuple(_alert(one, state, event, facts.tolerance) for one, state in facts.alerts),
     )
+
+
+def _shaking(usable: Analysis | None, facts: StoredFacts) -> ShakingFacts:
+    if usable is None:
+        return shaking.lacking(shaking.NO_SHAKING)
+    return shaking.of_result(facts.shaking, facts.file.description)
 
 
 def _unusable(event: Event) -> str:
@@ -185,9 +203,11 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
     )
 
 
-def _stiffness(facts: StoredFacts) -> dict[str, Measured | Lacking]:
+def _stiffness(facts: StoredFacts, is_pending: bool) -> dict[str, Measured | Lacking]:
     rows = {subject: (wanted, value) for subject, wanted, value in facts.stiffness}
-    directions = facts.description.horizontal_directions
+    directions = facts.file.description.horizontal_directions
+    if is_pending:
+        return dict.fromkeys(directions, PENDING)
     if facts.is_being_compared:
         rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}
         return {one: _change(*rows[one]) if one in rows else COMPARING for one in directions}
@@ -213,7 +233,7 @@ def _problems(analysis: Analysis) -> tuple[str, ...]:
     return tuple(" ".join(filter(None, (one.get("channel"), one["message"]))) for one in findings)
 
 
-def _alert(alert: Alert, state: str, event: Event | None) -> OpenAlert:
+def _alert(alert: Alert, state: str, event: Event | None, tolerance: float = TOLERANCE) -> OpenAlert:
     rests = event is not None and event.id in (*alert.event_ids, alert.onset_event_id, alert.raised_event_id)
     low, high = alert.evidence.get("low"), alert.evidence.get("high")
     return OpenAlert(
@@ -224,6 +244,7 @@ def _alert(alert: Alert, state: str, event: Event | None) -> OpenAlert:
         summary=alert.summary,
         low=low,
         high=high,
+        tolerance=tolerance,
         exceeded=Level(level) if (level := alert.evidence.get("level")) in LEVELS else None,
         rests_here=rests,
         is_later=event is not None and not rests and (alert.changed_after or alert.began_at) >= event.start,

@@ -16,17 +16,19 @@ class CheckOut(Answer):
 
     name: str = Field(
         description="`shear_strain`, `design_displacement`, `moat_clearance`, `residual_displacement`, "
+        "`damper_stroke`, `damper_travel`, `storey_drift`, `floor_acceleration`, `jma_intensity`, `long_period_class`, "
         "`largest_so_far`, `stiffness` or `data_quality`."
     )
     direction: str | None = Field(description="x or y; null where the check is about the whole layer, or the records.")
     outcome: str = Field(description="`passed`, `exceeded` or `undecided`.")
     level: str = Field(description="Level of the verdict that the check alone leads to.")
-    unit: str = Field(description="SI unit of value and limits: `1` or `m`.")
+    unit: str = Field(description="SI unit of value and limits: `1`, `m`, `m/s` or `m/s²`.")
     value: Number | None = Field(description="Null where it is not known.")
     uncertainty: Number | None = Field(description="95 %; null where it is not known.")
     limit: Number | None = Field(description="The limit that decides; null where there is none.")
     limits: dict[str, Number] | None = Field(description="By the level that each leads to; null where there is none.")
     source: str | None = Field(description="Source of the limits; null where there is none.")
+    note: str = Field(description="Place of the value, or how far its determination goes; mostly empty.")
     reason: str = Field(description="Why it is undecided; empty where it is decided.")
     remedy: str = Field(description="What settles it; empty where it is decided.")
 
@@ -92,6 +94,7 @@ def _check_out(check: Check) -> CheckOut:
         limit=check.limit,
         limits=None if check.limits is None else {str(level): limit for level, limit in check.limits},
         source=None if check.limits is None else check.limits.source,
+        note=check.note,
         reason=check.reason,
         remedy=check.remedy,
     )

@@ -3,15 +3,33 @@
 from collections.abc import Iterator, Mapping
 
 from core.rounding import plain, significant, with_std
-from service.verdict.assessment import DATA, LARGEST, STIFFNESS_CHANGE, Assessment
+from service.verdict.assessment import DATA, LARGEST, Assessment
 from service.verdict.checks import Check, Level, Outcome
-from service.verdict.limits import DESIGN, MOAT, RESIDUAL_OFFSET, STRAIN
+from service.verdict.limits import (
+    DESIGN,
+    DRIFT,
+    FLOOR_ACCELERATION,
+    INTENSITY,
+    LONG_PERIOD,
+    MOAT,
+    RESIDUAL_OFFSET,
+    STIFFNESS_CHANGE,
+    STRAIN,
+    STROKE,
+    TRAVEL,
+)
 
 TITLES: Mapping[str, str] = {
     STRAIN: "Shear strain of the isolators",
     DESIGN: "Displacement as a share of the design displacement",
     MOAT: "Displacement as a share of the moat clearance",
+    STROKE: "Displacement as a share of the dampers' stroke",
+    TRAVEL: "Cumulative travel of the dampers",
     RESIDUAL_OFFSET: "Residual displacement",
+    DRIFT: "Storey drift over height",
+    FLOOR_ACCELERATION: "Floor acceleration",
+    INTENSITY: "JMA instrumental intensity",
+    LONG_PERIOD: "Long-period motion",
     LARGEST: "Displacement against earlier earthquakes",
     STIFFNESS_CHANGE: "Change of stiffness",
     DATA: "Data quality",
@@ -33,21 +51,29 @@ STATE_NAMES: Mapping[str, str] = {
     "withdrawn": "withdrawn",
 }
 """States of alerts as people read them."""
-SHOWN: Mapping[str, tuple[str, float]] = {"1": ("%", 1e2), "m": ("mm", 1e3)}
+SHOWN: Mapping[str, tuple[str, float]] = {
+    "1": ("%", 1e2),
+    "m": ("mm", 1e3),
+    "m/s": ("cm/s", 1e2),
+    "m/s²": ("gal", 1e2),
+    INTENSITY: ("", 1.0),
+}
+"""Unit and factor by SI unit, or by check."""
 NONE_YET = "No earthquake has been recorded yet."
 
 
 def title(check: Check) -> str:
     """`Change of stiffness, direction x`."""
     name = TITLES.get(check.name, check.name.replace("_", " "))
-    return f"{name}, direction {check.subject}" if check.subject else name
+    place = f" ({check.note})" if check.note else ""
+    return f"{name}, direction {check.subject}{place}" if check.subject else f"{name}{place}"
 
 
 def value(check: Check) -> str:
     """`147.6 ± 0.3 %`, with the 95 % uncertainty; empty where there is no value."""
     if check.value is None:
         return ""
-    unit, factor = SHOWN[check.unit]
+    unit, factor = _shown(check)
     u = check.uncertainty
     return with_std(check.value * factor, None if u is None else abs(u) * factor, unit)
 
@@ -56,17 +82,17 @@ def brief(check: Check) -> str:
     """`148 %`: the value alone, to three digits; empty where there is none."""
     if check.value is None:
         return ""
-    unit, factor = SHOWN[check.unit]
-    return f"{significant(check.value * factor)} {unit}"
+    unit, factor = _shown(check)
+    return f"{significant(check.value * factor)} {unit}".rstrip()
 
 
 def limit(check: Check) -> str:
     """`67 % (inspect)`: the limit that decides; empty where there is none."""
     if check.limit is None or check.limits is None:
         return ""
-    unit, factor = SHOWN[check.unit]
+    unit, factor = _shown(check)
     level = next((level.words for level, one in check.limits if one == check.limit), "")
-    return f"{plain(check.limit * factor)} {unit}" + (f" ({level})" if level else "")
+    return f"{plain(check.limit * factor)} {unit}".rstrip() + (f" ({level})" if level else "")
 
 
 def of_limit(check: Check) -> str:
@@ -113,6 +139,10 @@ def opening(verdict: Assessment) -> Iterator[str]:
 def source(check: Check) -> str:
     """Source of the limits; empty if there are none."""
     return "" if check.limits is None else check.limits.source
+
+
+def _shown(check: Check) -> tuple[str, float]:
+    return SHOWN.get(check.name, SHOWN.get(check.unit, (check.unit, 1.0)))
 
 
 def _reasons(verdict: Assessment) -> Iterator[str]:

@@ -9,7 +9,7 @@ from alert_candidates import DAY, START
 from alert_fixtures import direction
 from sqlalchemy.orm import Session
 
-from service.analyses.tables import Analysis, LayerResult
+from service.analyses.tables import Analysis, LayerResult, ShakingResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import encode
@@ -29,7 +29,7 @@ def building_file(code: str, limits: str = LIMITS) -> str:
         f'code = "{code}"\nname = "a tower"\ntimezone = "Asia/Tokyo"',
         '[[level]]\nname = "pit"\nrole = "ground"',
         '[[level]]\nname = "slab"\nrole = "base"\nmass = 8.0e6',
-        '[[level]]\nname = "roof"\nmass = 2.0e6',
+        '[[level]]\nname = "roof"\nmass = 2.0e6\nheight = 4.0',
         f"[isolation]\nrubber_height = 0.2\n{limits}",
     ]
     lines += [
@@ -97,10 +97,32 @@ def earthquake(
             pga=0.5,
             directions=results,
             layer=LayerResult(start=start, rate=100.0, count=5, peak_resultant=displacement),
+            shaking=shaking(),
         )
     )
     session.flush()
     return event
+
+
+def shaking(intensity: float = 3.0, drift: float = 0.002, floor: float = 0.4) -> ShakingResult:
+    """Moderate shaking, a storey's displacement in m and a floor's acceleration in m/s²."""
+    return ShakingResult(
+        level="pit",
+        is_below_isolators=True,
+        components=["x", "y", "z"],
+        pga=0.5,
+        pgv=0.05,
+        intensity=intensity,
+        long_period_velocity=0.08,
+        arias=0.01,
+        duration=20.0,
+        spectrum={},
+        floors=[{"level": "roof", "direction": "x", "peak": floor, "std": 0.001, "is_measured": True}],
+        storeys=[{"level": "roof", "direction": "x", "peak": drift, "std": 0.05 * drift}],
+        peak_floor_acceleration=floor,
+        peak_storey_displacement=drift,
+        travel=1.0,
+    )
 
 
 def add_comparison(session: Session, event: Event, change: float = 0.0, std: float = 0.01) -> None:

@@ -66,7 +66,7 @@ def analysed() -> EventAnalysis:
 
 def document() -> dict[str, Any]:
     event = analysed()
-    return file_results(event, DESCRIPTION, AnalysisSettings(), verdict_out(of_analysis(event, DESCRIPTION)))
+    return file_results(event, DESCRIPTION, AnalysisSettings(), verdict_out(of_analysis(event, DESCRIPTION, {})))
 
 
 def test_the_file_has_the_schema_of_the_api_and_every_cycle() -> None:

@@ -15,6 +15,8 @@ from service.buildings.description_keys import (
     DesignTable,
     IsolationTable,
     LevelTable,
+    LimitsTable,
+    LimitTable,
     ReceiverTable,
     SourceTable,
 )
@@ -97,7 +99,7 @@ WRONG = {
         "rubber_height = 0.2",
         "colour = 1",
         "colour",
-        "known here: rubber_height, design_displacement, moat_clearance, design",
+        "known here: rubber_height, design_displacement, moat_clearance, damper_stroke, design",
     ),
     "displacement in mm": (
         "design_displacement = 0.4",
@@ -304,6 +306,32 @@ def test_all_that_is_wrong_is_reported_at_once_in_the_order_of_the_file() -> Non
     ]
 
 
+def test_limits_replace_the_defaults_with_their_source() -> None:
+    given = '[limits]\nshear_strain = { watch = 1.5, act = 2.2, source = "catalogue" }\n'
+    [(name, limits)] = read(SMALL + given, FOLDER).limits.items()
+    assert (name, limits.watch, limits.inspect, limits.act, limits.source) == (
+        "shear_strain",
+        1.5,
+        None,
+        2.2,
+        "catalogue",
+    )
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ('shear_strain = { watch = 2, inspect = 1, source = "a" }', "1 must be above watch, 2"),
+        ('storey_drift = { source = "a" }', "gives no level"),
+        ("storey_drift = { watch = 0.002 }", "limits.storey_drift.source: is missing"),
+        ('long_period_class = { watch = 5, source = "a" }', "the classes are 1, 2, 3 and 4, got 5"),
+        ('storey_drifts = { watch = 1, source = "a" }', "did you mean 'storey_drift'?"),
+    ],
+)
+def test_wrong_limits_are_named(limits: str, message: str) -> None:
+    assert any(message in problem for problem in problems(f"{SMALL}[limits]\n{limits}\n"))
+
+
 def test_bad_syntax_is_named_with_its_line() -> None:
     (problem,) = problems(SMALL.replace("mass = 2.7e6", "mass = "))
     assert "this is not TOML" in problem
@@ -320,7 +348,17 @@ def test_any_value_in_place_of_a_table_is_a_problem_not_a_crash(key: str, value:
 
 @pytest.mark.parametrize(
     "table",
-    [BuildingTable, LevelTable, IsolationTable, DesignTable, SourceTable, ChannelTable, ReceiverTable],
+    [
+        BuildingTable,
+        LevelTable,
+        IsolationTable,
+        DesignTable,
+        LimitsTable,
+        LimitTable,
+        SourceTable,
+        ChannelTable,
+        ReceiverTable,
+    ],
     ids=lambda t: t.__name__,
 )
 def test_every_key_is_documented(table: type[BaseModel]) -> None:

@@ -8,15 +8,23 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from core.description import IsolationLayer
+from service.buildings.description import GivenLimits
 from service.verdict import texts
 from service.verdict.assessment import REQUIRED, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Limits, Measured, Outcome, checked, gravest
+from service.verdict.shaking import NOT_COMPUTED, ShakingFacts, lacking
 
 LACKING = Lacking(reason="No transducer.", remedy="A transducer.")
 CALM = Facts(
     layer=IsolationLayer(rubber_height=0.2, design_displacement=0.4, moat_clearance=0.5),
     displacement=Measured(value=0.02, uncertainty=0.001),
     residual=Measured(value=0.0, uncertainty=0.001),
+    shaking=ShakingFacts(
+        intensity=Measured(value=3.0, uncertainty=0.1),
+        long_period=Measured(value=0.08, uncertainty=0.01),
+        floor_acceleration=Measured(value=0.5, uncertainty=0.02),
+        drift=Measured(value=0.0005, uncertainty=0.0001),
+    ),
     largest_earlier=0.1,
     stiffness={"x": Measured(value=-0.01, uncertainty=0.02), "y": Measured(value=0.0, uncertainty=0.02)},
     data_problems=(),
@@ -47,6 +55,12 @@ WEAKER: Mapping[str, Mapping[str, object]] = {
     },
     "no residual displacement": {"residual": LACKING},
     "residual displacement": {"residual": Measured(value=-0.02, uncertainty=0.001)},
+    "shaking not computed": {"shaking": lacking(NOT_COMPUTED)},
+    **{
+        f"{name} at its watch limit": {"shaking": replace(CALM.shaking, **{name: Measured(value=v, uncertainty=0.0)})}
+        for name, v in {"intensity": 3.5, "long_period": 0.15, "floor_acceleration": 2.0, "drift": 0.002}.items()
+    },
+    "dampers": {"layer": replace(CALM.layer, damper_stroke=0.5)},
     "first earthquake": {"largest_earlier": None},
     "beyond history": {"largest_earlier": 0.015},
     "history that is no number": {"largest_earlier": nan},
@@ -68,8 +82,8 @@ def test_only_facts_without_any_weakness_are_normal() -> None:
     found = assess(CALM)
     assert found.level is Level.NORMAL
     assert {check.name for check in found.checks} == REQUIRED
-    assert " ".join(texts.sentences(found)) == "Normal. This is not an inspection. 8 of 8 checks passed."
-    assert texts.headline(found) == "normal: 8 of 8 checks passed"
+    assert " ".join(texts.sentences(found)) == "Normal. This is not an inspection. 12 of 12 checks passed."
+    assert texts.headline(found) == "normal: 12 of 12 checks passed"
 
 
 @pytest.mark.parametrize("weakness", WEAKER)
@@ -110,6 +124,7 @@ facts = st.builds(
     layer=st.builds(IsolationLayer, rubber_height=lengths, design_displacement=lengths, moat_clearance=lengths),
     displacement=values,
     residual=values,
+    shaking=st.builds(ShakingFacts, intensity=values, long_period=values, floor_acceleration=values, drift=values),
     largest_earlier=numbers,
     stiffness=st.dictionaries(st.sampled_from("xy"), values),
     data_problems=st.lists(st.just("clipped"), max_size=1).map(tuple),
@@ -127,6 +142,11 @@ def is_weak(of: Facts) -> bool:
         return True
     least = min(1.0 * lengths[0], 0.33 * lengths[1], 0.5 * lengths[2], lengths[3])  # type: ignore[operator]
     surely = [(moved, abs(moved.value), least), (left, abs(left.value), 0.010)]
+    above = (of.shaking.intensity, of.shaking.long_period, of.shaking.floor_acceleration, of.shaking.drift)
+    for one, limit in zip(above, (3.5, 0.15, 2.0, 0.002), strict=True):
+        if isinstance(one, Lacking):
+            return True
+        surely.append((one, abs(one.value), limit))
     for change in of.stiffness.values():
         if isinstance(change, Lacking):
             return True
@@ -228,9 +248,87 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
 def test_an_undecided_check_names_what_is_needed_to_decide() -> None:
     found = assess(replace(CALM, layer=replace(CALM.layer, design_displacement=None)))
     assert found.level is Level.UNDECIDED
-    assert texts.headline(found) == "undecided: 1 of 8 checks undecided"
+    assert texts.headline(found) == "undecided: 1 of 12 checks undecided"
     assert (
         "Undecided: Displacement as a share of the design displacement. The building file gives no "
         "design_displacement. Give design_displacement under [isolation] in the building file."
         in texts.sentences(found)
     )
+
+
+def moved(value: float, u: float = 0.001) -> dict[str, object]:
+    """The isolators moved so far, but farther in an earlier earthquake."""
+    return {"displacement": Measured(value=value, uncertainty=u), "largest_earlier": 2.0}
+
+
+def left(value: float, u: float = 0.001) -> dict[str, object]:
+    return {"residual": Measured(value=value, uncertainty=u)}
+
+
+def shaken(**values: Measured | Lacking) -> dict[str, object]:
+    return {"shaking": replace(CALM.shaking, **values)}
+
+
+def softer(change: float, u: float = 0.02) -> dict[str, object]:
+    return {"stiffness": {"x": Measured(value=change, uncertainty=u), "y": Measured(value=0.0, uncertainty=0.02)}}
+
+
+def exactly(value: float, doubt: str = "") -> Measured:
+    return Measured(value=value, uncertainty=0.0, doubt=doubt)
+
+
+MAKERS = {"limits": {"stiffness": GivenLimits(watch=0.1, inspect=0.31, act=None, source="the maker's range")}}
+SITUATIONS: list[tuple[str, Level, dict[str, object]]] = [
+    ("a small earthquake", Level.NORMAL, {}),
+    ("the first earthquake", Level.UNDECIDED, {"largest_earlier": None}),
+    ("no baseline yet", Level.UNDECIDED, {"stiffness": {"x": LACKING, "y": LACKING}}),
+    ("files still come in", Level.UNDECIDED, {"provisional": "its files are still coming in"}),
+    ("a clipped channel", Level.UNDECIDED, {"data_problems": ("XX.A: clipped",)}),
+    ("no transducer", Level.UNDECIDED, {"residual": LACKING}),
+    (
+        "the record of y is missing",
+        Level.UNDECIDED,
+        {"displacement": Measured(value=0.02, uncertainty=0.001, doubt="y")},
+    ),
+    ("an analysis of an earlier version", Level.UNDECIDED, {"shaking": lacking(NOT_COMPUTED)}),
+    ("a building file without its moat", Level.UNDECIDED, {"layer": replace(CALM.layer, moat_clearance=None)}),
+    ("dampers whose travel nobody limits", Level.UNDECIDED, {"layer": replace(CALM.layer, damper_stroke=0.6)}),
+    ("no usable record", Level.NO_DATA, {"unusable": "the base slab's record is missing"}),
+    ("a silent recorder", Level.NO_DATA, {"silence": "the server does not answer"}),
+    ("no record while a limit is open from before", Level.INSPECT, {"unusable": "no record", "alerts": (BEYOND,)}),
+    ("a third of the design displacement", Level.WATCH, moved(0.15)),
+    ("two thirds of the design displacement", Level.INSPECT, moved(0.28)),
+    ("the design displacement", Level.ACT, moved(0.42)),
+    ("the wall of the moat", Level.ACT, moved(0.5)),
+    ("the design displacement within the uncertainty", Level.INSPECT, moved(0.39, 0.02)),
+    (
+        "far in x, with y unknown",
+        Level.INSPECT,
+        moved(0.3) | {"displacement": exactly(0.3, "no y")},
+    ),
+    ("an offset of 15 mm", Level.WATCH, left(0.015)),
+    ("an offset of 40 mm", Level.INSPECT, left(-0.04)),
+    ("an offset of 60 mm", Level.ACT, left(0.06)),
+    ("intensity 3.7", Level.WATCH, shaken(intensity=exactly(3.7))),
+    ("intensity 5-lower", Level.INSPECT, shaken(intensity=exactly(4.5))),
+    (
+        "intensity 3.9 without the vertical component",
+        Level.WATCH,
+        shaken(intensity=replace(exactly(3.9), uncertainty=0.22)),
+    ),
+    ("long-period motion of class 3", Level.INSPECT, shaken(long_period=exactly(0.6))),
+    ("a drift of 1/250", Level.INSPECT, shaken(drift=exactly(1 / 250))),
+    ("a drift of 1/80", Level.ACT, shaken(drift=exactly(1 / 80))),
+    ("a floor with 600 gal", Level.ACT, shaken(floor_acceleration=exactly(6.0))),
+    ("15 % softer", Level.WATCH, softer(-0.15)),
+    ("25 % softer", Level.INSPECT, softer(-0.25)),
+    ("25 % softer, within the maker's range", Level.WATCH, {**softer(-0.25), **MAKERS}),
+    ("a loss that was seen before", Level.WATCH, {"alerts": (ALERT,)}),
+    ("a limit that was exceeded before", Level.INSPECT, {"alerts": (BEYOND,)}),
+    ("a sensor under review", Level.UNDECIDED, {"alerts": (replace(ALERT, kind="sensor", state="pending"),)}),
+]
+
+
+@pytest.mark.parametrize(("situation", "level", "facts"), SITUATIONS, ids=[one[0] for one in SITUATIONS])
+def test_the_level_of_a_situation(situation: str, level: Level, facts: dict[str, object]) -> None:
+    assert assess(replace(CALM, **facts)).level is level  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ from datetime import timedelta
 import pytest
 from alert_candidates import gain_error, softer_isolators, stopped_data
 from alert_fixtures import AGE, SOON, messages, with_stored_events
-from assessed_buildings import STRONG, add_comparison, building, day, earthquake
+from assessed_buildings import STRONG, add_comparison, building, day, earthquake, shaking
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
@@ -15,7 +15,7 @@ from service.alerts.candidates import AlertCandidate
 from service.alerts.messages import write_event_message, write_messages
 from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
-from service.analyses.tables import Analysis, DirectionResult
+from service.analyses.tables import Analysis, DirectionResult, ShakingResult
 from service.buildings.tables import Building
 from service.drift.alert_candidates import limit_candidates
 from service.drift.tables import DriftValue, MonitoredSeries
@@ -54,8 +54,8 @@ def test_an_earthquake_within_every_limit_is_normal_with_a_note_that_this_is_no_
     assert levels(session, event) == {Level.NORMAL}
     message = reported(session, event)
     assert (message.kind, message.severity) == ("event", "normal")
-    assert message.subject.endswith(": isolators moved 20 mm, normal: 8 of 8 checks passed")
-    assert message.sentences[-2:] == ["Normal. This is not an inspection.", "8 of 8 checks passed."]
+    assert message.subject.endswith(": isolators moved 20 mm, normal: 12 of 12 checks passed")
+    assert message.sentences[-2:] == ["Normal. This is not an inspection.", "12 of 12 checks passed."]
     assert message.data["verdict"]["level"] == "normal"
 
 
@@ -139,7 +139,7 @@ def test_a_building_file_without_a_limit_leaves_its_check_undecided(session: Ses
     add_comparison(session, event)
     message = reported(session, event)
     assert message.severity == "note"
-    assert "undecided: 1 of 8 checks undecided" in message.subject
+    assert "undecided: 1 of 12 checks undecided" in message.subject
     assert "under [isolation] in the building file." in message.sentences[-1]
     assert not any(word in printed(message) for word in GOOD)
 
@@ -209,6 +209,64 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     again = earthquake(session, of, day(4), STRONG)
     found_limits(session, of, day(4) + SOON)
     assert [one.raised_event_id for one in session.query(Alert).order_by(Alert.id)] == [strong.id, again.id]
+
+
+def _reshake(session: Session, event: Event, result: ShakingResult | None) -> None:
+    """Another result in place of the earthquake's."""
+    analysis = _analysis(session, event)
+    session.delete(analysis.shaking)
+    session.flush()
+    session.expire(analysis)
+    analysis.shaking = result
+    session.flush()
+
+
+@pytest.mark.parametrize("beyond", [{"intensity": 4.6}, {"drift": 0.016}, {"floor": 3.2}])
+def test_aftershocks_inherit_strong_shaking_until_an_inspection(
+    session: Session, of: Building, beyond: dict[str, float]
+) -> None:
+    """Of a building whose isolators hardly moved: intensity 5-lower, a drift of 1/250, or 320 gal on the roof."""
+    strong = earthquake(session, of, day(1))
+    add_comparison(session, strong)
+    _reshake(session, strong, shaking(**beyond))
+    found_limits(session, of, day(1) + SOON)
+    assert levels(session, strong) == {Level.INSPECT}
+    after = earthquake(session, of, day(2))
+    add_comparison(session, after)
+    found_limits(session, of, day(2) + SOON)
+    assert levels(session, after) == {Level.INSPECT}
+    operator_actions.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "no damage found", None, day(3))
+    found_limits(session, of, day(3) + SOON)
+    assert levels(session, after) == {Level.NORMAL}
+
+
+def test_an_analysis_by_an_earlier_version_is_undecided_until_it_is_analysed_again(
+    session: Session, of: Building
+) -> None:
+    event = earthquake(session, of, day(1))
+    add_comparison(session, event)
+    _reshake(session, event, None)
+    assert levels(session, event) == {Level.UNDECIDED}
+    unclear = reading.of_event(session, event).of_outcome(Outcome.UNDECIDED)
+    assert {one.name for one in unclear} == {
+        "storey_drift",
+        "floor_acceleration",
+        "jma_intensity",
+        "long_period_class",
+    }
+    assert {one.remedy for one in unclear} == {"Analyse the event again."}
+
+
+def test_the_designers_limits_count_and_are_named(session: Session) -> None:
+    limits = '[limits]\nshear_strain = { inspect = 0.09, source = "maker" }\n'
+    of = building(session, f"design_displacement = 0.4\nmoat_clearance = 0.5\n{limits}")
+    event = earthquake(session, of, day(1))
+    add_comparison(session, event)
+    found_limits(session, of, day(1) + SOON)
+    assert levels(session, event) == {Level.INSPECT}
+    [check] = reading.of_event(session, event).of_outcome(Outcome.EXCEEDED)
+    assert check.limits is not None
+    assert check.limits.source.startswith("maker, in the building file")
 
 
 def test_a_revised_analysis_withdraws_an_exceeded_limit(session: Session, of: Building) -> None:
