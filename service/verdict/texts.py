@@ -149,7 +149,7 @@ def _reasons(verdict: Assessment) -> Iterator[str]:
     """Reasons of the level, the gravest first."""
     worst = [check for check in verdict.checks if check.level is verdict.level and verdict.level is not Level.NORMAL]
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
-    if exceeded:
+    if exceeded and verdict.level is not Level.UNDECIDED:
         more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
         yield f"{title(exceeded[0]).lower()} {brief(exceeded[0])}{more}"
     if verdict.level is Level.NO_DATA:
