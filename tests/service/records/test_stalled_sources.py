@@ -100,8 +100,12 @@ class Sources:
         before = len(self.looked)
         for code in codes:
             self.schedule.due(code)
-        sleep(0.05)
+        until(self._only_stalled_ones_run, 30)
         return sorted(self.looked[before:])
+
+    def _only_stalled_ones_run(self) -> bool:
+        with self.schedule.lock:
+            return all(code in self.ends and code in self.looked for code in self.schedule.running)
 
     def let_go(self) -> None:
         for end in self.ends.values():
