@@ -11,7 +11,7 @@ from core.drift.quantities import BOTH_DIRECTIONS
 from core.rounding import supported
 from service.analyses.mode_tracks import DIRECTIONS
 from service.drift.schema import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
-from service.reports.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
+from service.reports.charts import BLUE, CONFIG, KN, KN_PER_MM, LOG_OR_LINEAR, MM, ORANGE
 
 PERCENT = 1e2
 WIDEST = 46
@@ -65,7 +65,8 @@ def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str
     dots = alt.Chart(points).mark_circle(color=ORANGE, size=40, opacity=1).encode(x, alt.Y("value:Q"), tooltip=tooltip)
     when = f" at {known.temperature:.0f} °C" if known.temperature is not None else ""
     heading = alt.Title(title, subtitle=f"line and band: expected{when}, 95 % of events; orange: the latest event")
-    return alt.LayerChart(layer=[band, beyond, line, bars, dots], title=heading, width=460, height=300, config=CONFIG)
+    chart = alt.LayerChart(layer=[band, beyond, line, bars, dots], title=heading, width=460, height=300, config=CONFIG)
+    return chart.properties(usermeta=LOG_OR_LINEAR)
 
 
 def history(

@@ -43,6 +43,8 @@ DARK_CONFIG = {
     "legend": {"labelColor": "#c3cad4", "titleColor": "#e4e8ee"},
     "text": {"color": "#e4e8ee"},
 }
+LOG_OR_LINEAR = {"log": ["x"]}
+"""Metadata of a chart whose horizontal axis is logarithmic or linear, as the reader chooses."""
 WIDTH = 860
 """Pixels, of a picture over the whole page."""
 Picture = alt.LayerChart | alt.HConcatChart | alt.VConcatChart
@@ -237,7 +239,8 @@ def _over_amplitude(
             tooltip=[*tooltips, alt.Tooltip("event:N", title="event (UTC)")],
         )
     )
-    return alt.LayerChart(layer=[bars, points], title=title, width=460, height=380, config=CONFIG)
+    layers, usermeta = [bars, points], LOG_OR_LINEAR
+    return alt.LayerChart(layer=layers, title=title, width=460, height=380, config=CONFIG, usermeta=usermeta)
 
 
 def _colour(events: Sequence[datetime]) -> alt.Color:

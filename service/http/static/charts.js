@@ -166,7 +166,7 @@ class Chart {
     };
     add("Reset zoom", () => this.draw());
     if (this.spec.usermeta.log) {
-      add("Other axes", () => {
+      add("Log or linear axis", () => {
         this.hasOtherAxes = !this.hasOtherAxes;
         return this.draw();
       });

@@ -24,11 +24,11 @@ pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The paper's building after two earthquakes."""
+    """The paper's building after an earthquake."""
     folder = tmp_path_factory.mktemp("charts")
     made = databases.sqlite(folder)
     (folder / "records").mkdir()
-    monitored_building.watch(opened.sessions(made), folder / "records", monitored_building.earthquakes()[:2])
+    monitored_building.watch(opened.sessions(made), folder / "records", monitored_building.earthquakes()[:1])
     return made
 
 
@@ -45,7 +45,7 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     browser: tuple[str, Browser], tmp_path: Path
 ) -> None:
     server, chromium = browser
-    page = chromium.new_page(viewport={"width": 1280, "height": 1000})
+    page = chromium.new_page(viewport={"width": 1280, "height": 700})
     printed: list[str] = []
     page.on("console", lambda message: printed.append(message.text) if OF_THIS_TEST not in message.text else None)
     page.on("pageerror", lambda error: printed.append(str(error)))
@@ -56,9 +56,10 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     the_pointer_shows_a_value(page)
     a_brushed_window_lights_up_in_the_loop(page)
     downloads_are_files(page, tmp_path)
+    an_axis_is_logarithmic_or_linear(page)
     the_switch_changes_the_theme_and_is_kept(page)
     page.set_viewport_size({"width": 320, "height": 700})
-    page.wait_for_timeout(1000)
+    page.wait_for_function("() => charts.length > 0 && charts.every((one) => one.canvasWidth() <= 320)")
     assert page.evaluate("document.documentElement.scrollWidth") <= 320
     page.emulate_media(media="print")
     assert page.locator(f"{CHART} > img").is_visible()
@@ -123,6 +124,18 @@ def downloads_are_files(page: Page, folder: Path) -> None:
             page.get_by_role("button", name=f"{words}: Restoring force, direction x").click()
         coming.value.save_as(folder / words)
         assert (folder / words).read_bytes().startswith(start)
+
+
+def an_axis_is_logarithmic_or_linear(page: Page) -> None:
+    title = "Equivalent stiffness of all earthquakes, direction x"
+    button = page.get_by_role("button", name=f"Log or linear axis: {title}")
+    assert not page.get_by_role("button", name="Log or linear axis: Restoring force, direction x").count()
+    page.locator("figure[data-chart*='stiffness.json']").first.scroll_into_view_if_needed()
+    button.wait_for()
+    drawn = f"charts.find((one) => one.title === '{title}').view.scale('x').type"
+    for expected in ("log", "linear", "log"):
+        page.wait_for_function(f"() => {drawn} === '{expected}'")
+        button.click()
 
 
 def the_switch_changes_the_theme_and_is_kept(page: Page) -> None:
