@@ -31,7 +31,7 @@ from service.http.parameters import AnyDirection, Code, EventSpan, MinimumPga, R
 from service.http.responses import TaggedRoute, responses, table_responses
 from service.records import queries as record_queries
 from service.verdict import reading
-from service.verdict.schema import verdict_out
+from service.verdict.schema import VerdictOut, verdict_out
 
 router = APIRouter(prefix="/buildings", tags=["buildings"], route_class=TaggedRoute)
 
@@ -67,6 +67,14 @@ def building(code: Code, sessions: Reading) -> BuildingOut:
         levels=[LevelOut.model_validate(level) for level in description.levels],
         channels=[ChannelOut.model_validate(channel) for channel in description.channels],
     )
+
+
+@router.get("/{code}/verdict", operation_id="get_building_verdict", **responses(VerdictOut, 404))
+def verdict(code: Code, sessions: Reading) -> VerdictOut:
+    """The verdict on a building now: by its last earthquake, the open alerts, and whether records arrive."""
+    with sessions() as session:
+        building, _ = queries.building(session, code)
+        return verdict_out(reading.of_building(session, building))
 
 
 @router.get("/{code}/events", operation_id="list_events", **table_responses(Events, 404))

@@ -21,9 +21,11 @@ def checks(assessment: Assessment) -> RenderableType:
 def _parts(assessment: Assessment) -> Iterator[RenderableType]:
     yield Text(f"\nverdict: {texts.headline(assessment)}", style="bold")
     yield Text(" ".join(texts.opening(assessment)))
+    for alert in assessment.alerts:
+        yield Text(f"alert {alert.id}, {texts.STATE_NAMES.get(alert.state, alert.state)}: {alert.summary}")
     if not assessment.checks:
         return
-    table = Table("check", "value (± 95 %)", "limit", "outcome", "source, or remedy")
+    table = Table("check", "value (± 95 %)", "limit", "outcome", "source of the limit, and what would settle it")
     for check in assessment.checks:
         row = (texts.title(check), texts.value(check), texts.limit(check), check.outcome.value, _ground(check))
         table.add_row(*(Text(cell) for cell in row), style=STYLES[check.outcome])
@@ -31,4 +33,5 @@ def _parts(assessment: Assessment) -> Iterator[RenderableType]:
 
 
 def _ground(check: Check) -> str:
-    return f"{check.reason} {check.remedy}" if check.outcome is Outcome.UNDECIDED else texts.source(check)
+    settles = (check.reason, check.remedy) if check.outcome is Outcome.UNDECIDED else ()
+    return " ".join(part for part in (texts.source(check), *settles) if part)

@@ -11,6 +11,7 @@ WITH_DATABASE = {
     "notify --once": [],
     "import": ["building.toml", "--building", "TOWER"],
     "drill": ["--building", "TOWER", "--wait", "0"],
+    "status": [],
     "building add": ["building.toml"],
     "building list": [],
     "building show": ["TOWER"],

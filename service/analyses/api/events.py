@@ -23,7 +23,7 @@ from service.jobs.schema import JobOut
 from service.records import queries as record_queries
 from service.settings import Settings
 from service.verdict import reading
-from service.verdict.schema import verdict_out
+from service.verdict.schema import VerdictOut, verdict_out
 
 router = APIRouter(prefix="/events", tags=["events"], route_class=TaggedRoute)
 
@@ -53,6 +53,13 @@ def event(event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Event
             verdict=verdict_out(reading.of_event(session, stored)),
             **(_results(session, shown, described(session, stored.building).description) if shown else NO_RESULTS),
         )
+
+
+@router.get("/{event_id}/verdict", operation_id="get_event_verdict", **responses(VerdictOut, 404))
+def verdict(event_id: Id, sessions: Reading) -> VerdictOut:
+    """The verdict on a building after an earthquake, by its latest analysis and the alerts that are open now."""
+    with sessions() as session:
+        return verdict_out(reading.of_event(session, record_queries.event(session, event_id)))
 
 
 def chosen(made: Sequence[Analysis], number: int | None) -> Analysis | None:

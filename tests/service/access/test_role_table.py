@@ -52,6 +52,7 @@ GET /api/v1/buildings/{code}/modes
 GET /api/v1/buildings/{code}/receivers
 GET /api/v1/buildings/{code}/reference-periods
 GET /api/v1/buildings/{code}/silences
+GET /api/v1/buildings/{code}/verdict
 GET /api/v1/buildings/{code}/watched
 GET /api/v1/comparisons/{comparison_id}
 GET /api/v1/comparisons/{comparison_id}/force
@@ -63,6 +64,7 @@ GET /api/v1/effects/{name}
 GET /api/v1/events/{event_id}
 GET /api/v1/events/{event_id}/layer-motion
 GET /api/v1/events/{event_id}/restoring-force
+GET /api/v1/events/{event_id}/verdict
 GET /api/v1/events/{event_id}/waveforms/{channel}
 GET /api/v1/jobs
 GET /api/v1/jobs/{job_id}

@@ -46,6 +46,11 @@ def answers(url: str, stored: Session, event: Event, of: Building) -> dict[str, 
         found = {name: api.get(address) for name, address in addresses.items()}
         assert {one.status_code for one in found.values()} == {200}
         documents = {name: found[name].json()["verdict"]["level"] for name in ("api event", "api building")}
+        for name in documents:
+            alone = api.get(f"{addresses[name]}/verdict")
+            assert alone.json() == found[name].json()["verdict"]
+            kept = {"If-None-Match": alone.headers["etag"]}
+            assert api.get(f"{addresses[name]}/verdict", headers=kept).status_code == 304
     pages = {name: unescape(found[name].text) for name in ("event", "home", "alerts")}
     samples = [sample for one in text_string_to_metric_families(found["metrics"].text) for sample in one.samples]
     ranks = [one.value for one in samples if one.name == "menshin_verdict" and one.labels["building"] == of.code]
