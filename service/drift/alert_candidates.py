@@ -30,7 +30,7 @@ from service.records.tables import Event
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.checks import Check, Level, Measured, gravest
 from service.verdict.limits import RESIDUAL_OFFSET, first_to_inspect, level_limit, limits_of, motion_checks
-from service.verdict.shaking import building_checks, first_to_inspect_shaking
+from service.verdict.shaking import first_to_inspect_shaking, shaking_checks
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""
@@ -176,7 +176,7 @@ def _exceedances(
         displacement, residual = reading.motion(session, analysis)
         every = (
             *motion_checks(layer, limits, displacement, residual),
-            *building_checks(reading.shaking_facts(session, analysis, file.description), limits),
+            *shaking_checks(reading.shaking_facts(session, analysis, file.description), limits),
         )
         checks = [one for one in every if _needs_inspection(one)]
         if checks:

@@ -103,15 +103,10 @@ def of_analysis(event: "EventAnalysis", description: BuildingDescription) -> Sha
     )
 
 
-def building_checks(facts: ShakingFacts, limits: Mapping[str, Limits | Lacking]) -> Iterator[Check]:
-    """Those of the facts that are about the building's own motion."""
-    yield checked(DRIFT, facts.drift, limits[DRIFT])
-    yield checked(FLOOR_ACCELERATION, facts.floor_acceleration, limits[FLOOR_ACCELERATION], unit="m/s²")
-
-
 def shaking_checks(facts: ShakingFacts, limits: Mapping[str, Limits | Lacking]) -> Iterator[Check]:
     """Each of the facts against its limits."""
-    yield from building_checks(facts, limits)
+    yield checked(DRIFT, facts.drift, limits[DRIFT])
+    yield checked(FLOOR_ACCELERATION, facts.floor_acceleration, limits[FLOOR_ACCELERATION], unit="m/s²")
     yield checked(INTENSITY, facts.intensity, limits[INTENSITY])
     yield checked(LONG_PERIOD, facts.long_period, limits[LONG_PERIOD], unit="m/s")
 
@@ -119,12 +114,14 @@ def shaking_checks(facts: ShakingFacts, limits: Mapping[str, Limits | Lacking]) 
 def first_to_inspect_shaking(
     limits: Mapping[str, Limits | Lacking], description: BuildingDescription
 ) -> Mapping[str, float]:
-    """Smallest value at which the building's motion needs an inspection, by column of ShakingResult."""
+    """Smallest value that leads to an inspection, by column of ShakingResult."""
     lowest = min((level.height for level in description.floors if level.height is not None), default=None)
     drift = level_limit(limits, DRIFT)
     values = {
         "peak_floor_acceleration": level_limit(limits, FLOOR_ACCELERATION),
         "peak_storey_displacement": None if drift is None or lowest is None else drift * lowest,
+        "intensity": level_limit(limits, INTENSITY),
+        "long_period_velocity": level_limit(limits, LONG_PERIOD),
     }
     return {name: value for name, value in values.items() if value is not None}
 

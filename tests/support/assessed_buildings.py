@@ -104,8 +104,10 @@ def earthquake(
     return event
 
 
-def shaking(intensity: float = 3.0, drift: float = 0.002, floor: float = 0.4) -> ShakingResult:
-    """Moderate shaking, a storey's displacement in m and a floor's acceleration in m/s²."""
+def shaking(
+    intensity: float = 3.0, drift: float = 0.002, floor: float = 0.4, long_period: float = 0.08
+) -> ShakingResult:
+    """Moderate shaking, a storey's displacement in m, a floor's acceleration in m/s², a long-period velocity in m/s."""
     return ShakingResult(
         level="pit",
         is_below_isolators=True,
@@ -113,7 +115,7 @@ def shaking(intensity: float = 3.0, drift: float = 0.002, floor: float = 0.4) ->
         pga=0.5,
         pgv=0.05,
         intensity=intensity,
-        long_period_velocity=0.08,
+        long_period_velocity=long_period,
         arias=0.01,
         duration=20.0,
         spectrum={},

@@ -221,11 +221,11 @@ def _reshake(session: Session, event: Event, result: ShakingResult | None) -> No
     session.flush()
 
 
-@pytest.mark.parametrize("beyond", [{"drift": 0.016}, {"floor": 3.2}])
-def test_aftershocks_inherit_a_strong_motion_of_the_floors_until_an_inspection(
+@pytest.mark.parametrize("beyond", [{"drift": 0.016}, {"floor": 3.2}, {"intensity": 5.0}, {"long_period": 0.6}])
+def test_aftershocks_inherit_strong_shaking_until_an_inspection(
     session: Session, of: Building, beyond: dict[str, float]
 ) -> None:
-    """Of a building whose isolators hardly moved: a drift of 1/250, or 320 gal on the roof."""
+    """A drift of 1/250, 320 gal on the roof, intensity 5 or 60 cm/s of long period; the isolators moved little."""
     strong = earthquake(session, of, day(1))
     add_comparison(session, strong)
     _reshake(session, strong, shaking(**beyond))
