@@ -197,7 +197,7 @@ def test_a_stream_ends_with_the_service(url: str, sessions: sessionmaker[Session
     service.start()
     try:
         address = f"http://127.0.0.1:{door.getsockname()[1]}"
-        with httpx.stream("GET", address + path) as answer:
+        with httpx.stream("GET", address + path, timeout=30.0) as answer:
             lines = answer.iter_lines()
             assert next(lines).startswith("data: ")
             stop.set()
@@ -215,7 +215,7 @@ def test_a_stream_ends_soon_after_its_key_was_revoked(url: str, sessions: sessio
         keys.create(session, "who stays", Role.admin, NOW)
     with (
         api_server(url, visitor=None) as address,
-        httpx.stream("GET", address + path, headers={"X-API-Key": key}) as answer,
+        httpx.stream("GET", address + path, headers={"X-API-Key": key}, timeout=30.0) as answer,
     ):
         assert answer.status_code == 200
         lines = answer.iter_lines()
