@@ -8,6 +8,8 @@ from typing import Any
 
 from core.analysis import AnalysisSettings, EventAnalysis
 from core.description import BuildingDescription
+from core.shaking.intensity import long_period_class
+from core.shaking.measures import SPECTRUM_PERIODS
 from service.analyses import store
 from service.analyses.schema import (
     CycleOut,
@@ -19,8 +21,9 @@ from service.analyses.schema import (
     PeakOut,
     RelianceOut,
     SensorOut,
+    ShakingOut,
 )
-from service.analyses.tables import Analysis, DirectionResult, LayerResult
+from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.schema import Answer, json_values
 
 REASONS: Mapping[str, str] = {
@@ -54,6 +57,9 @@ REASONS: Mapping[str, str] = {
     "highest_frequency": "no channel measures the displacement of the isolation layer",
     "residual_displacement": "no transducer measures the displacement, and an integral has no residual",
     "residual_displacement_std": "no transducer measures the displacement, and an integral has no residual",
+    "shaking": "no horizontal acceleration was recorded",
+    "intensity": "the record shows no motion",
+    "std": "nothing determines the error of the estimate",
     "direction": "the channel has no direction",
     "channel": "the finding is of no single channel",
     "value": "the finding has no number",
@@ -78,6 +84,7 @@ def file_results(
             "verdict": verdict,
             "directions": directions,
             "layer": layer_out(row.layer),
+            "shaking": shaking_out(row.shaking),
             "estimators": {name: one.restoring_force.estimator for name, one in event.directions.items()},
             "cycles": [
                 CycleOut(direction=one.direction, **_columns(cycle, CycleOut, "direction"))
@@ -129,6 +136,17 @@ def direction_out(result: DirectionResult, cycles: int) -> DirectionOut:
 def layer_out(result: LayerResult | None) -> LayerOut | None:
     """Results across the directions."""
     return None if result is None else LayerOut(**_columns(result, LayerOut))
+
+
+def shaking_out(result: ShakingResult | None) -> ShakingOut | None:
+    """Strength of the shaking, with the periods of its spectrum."""
+    if result is None:
+        return None
+    return ShakingOut(
+        **_columns(result, ShakingOut, "periods", "long_period_class"),
+        periods=SPECTRUM_PERIODS.tolist(),
+        long_period_class=long_period_class(result.long_period_velocity),
+    )
 
 
 def _columns(row: object, model: type[Answer], *others: str) -> dict[str, Any]:

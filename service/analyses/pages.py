@@ -7,7 +7,8 @@ from fastapi import APIRouter, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from service.access.pages import reader
-from service.analyses import queries
+from service.analyses import document, queries
+from service.analyses.schema import ShakingOut
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import queries as building_queries
 from service.db.select import Span
@@ -45,6 +46,8 @@ class View:
     results: Sequence[DirectionResult]
     layer: LayerResult | None
     """Results across the directions."""
+    shaking: ShakingOut | None
+    """None by an analysis of an earlier version."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +106,8 @@ def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
     """An event with the results of its latest analysis."""
     results = queries.direction_results(session, analysis.id) if analysis else []
     layer = queries.layer_result(session, analysis.id) if analysis else None
-    return View(event, STATES.get(event.state, event.state), analysis, results, layer)
+    shaking = document.shaking_out(queries.shaking_result(session, analysis.id)) if analysis else None
+    return View(event, STATES.get(event.state, event.state), analysis, results, layer, shaking)
 
 
 def _line(

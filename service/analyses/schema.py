@@ -117,6 +117,50 @@ class LayerOut(Answer):
     highest_axial_load: Number | None = Field(description="Vertical force on the isolators over the weight.")
 
 
+class FloorAccelerationOut(Answer):
+    """Largest acceleration of the base slab or of a floor in one direction."""
+
+    level: str = Field(description="Name of the level.")
+    direction: str = Field(description="x or y.")
+    peak: Number = Field(description="m/s², absolute.")
+    std: Number | None = Field(description="m/s², standard deviation; null where it is not known.")
+    is_measured: bool = Field(description="False if it is estimated from the levels that are measured.")
+
+
+class StoreyDisplacementOut(Answer):
+    """Largest displacement of a floor relative to the level below it in one direction."""
+
+    level: str = Field(description="The floor above the storey.")
+    direction: str = Field(description="x or y.")
+    peak: Number = Field(description="m.")
+    std: Number = Field(description="m, standard deviation.")
+
+
+class ShakingOut(Answer):
+    """Strength of the earthquake at the lowest level with an accelerometer, and peaks of the building above it."""
+
+    level: str = Field(description="Name of that level.")
+    is_below_isolators: bool = Field(description="False where the ground is not measured; isolators reduce shaking.")
+    components: list[str] = Field(description="Directions that were recorded: x, y, z.")
+    pga: Number = Field(description="m/s², largest horizontal acceleration.")
+    pgv: Number = Field(description="m/s, largest horizontal velocity, without what is slower than 20 s.")
+    intensity: Number | None = Field(description="JMA instrumental intensity, unofficial; null without motion.")
+    long_period_velocity: Number = Field(
+        description="m/s, largest absolute velocity of oscillators of 1.6 to 7.8 s, 5 % damping."
+    )
+    long_period_class: int = Field(description="Class of long-period motion by that velocity, 0 to 4, unofficial.")
+    arias: Number = Field(description="m/s, Arias intensity of the stronger horizontal component.")
+    duration: Number = Field(description="s, in which the Arias intensity rises from 5 to 95 %.")
+    periods: list[Number] = Field(description="s, of the spectrum.")
+    spectrum: dict[str, list[Number]] = Field(
+        description="m/s² by direction: pseudo-acceleration at each period, 5 % damping."
+    )
+    floors: list[FloorAccelerationOut] = Field(description="From the base slab up, by direction.")
+    storeys: list[StoreyDisplacementOut] = Field(
+        description="From the lowest up, by direction; empty where nothing describes the superstructure."
+    )
+
+
 class Provenance(Answer):
     """Inputs of an analysis, with which it can be repeated."""
 
@@ -183,6 +227,9 @@ class Results(Answer):
     sensors: list[SensorOut] = Field(description="Of every channel that could be used.")
     directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
     layer: LayerOut | None = Field(description="Null where nothing is known across the directions.")
+    shaking: ShakingOut | None = Field(
+        description="Null where no horizontal acceleration was recorded, or by an analysis of an earlier version."
+    )
 
 
 class EventOut(Results, EventHead):

@@ -7,10 +7,11 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
-from demo_process import demo, seconds_to_end, surviving_processes
+from demo_process import Demo, demo, seconds_to_end, surviving_processes
 
 from core.paper import ISOLATOR
 from service.demo.hidden_effect import RUBBER
@@ -30,6 +31,7 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
         assert httpx.delete(f"{address}/api/v1/receivers/1").status_code == 403, "a spectator is no admin"
         events = first.events(address, PAST + 1)
         assert [event["state"] for event in events] == ["analysed"] * (PAST + 1)
+        assert undecided_checks(first, address) == {"stiffness"}, "too few earthquakes for a baseline, and nothing else"
         assert seconds_to_end(first) < 10.0
         printed = first.printed.read_text()
         assert "Traceback" not in printed
@@ -43,6 +45,19 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
         assert second.events(address, PAST + 1) == again
         assert {event["id"] for event in again} == {event["id"] for event in events}
         seconds_to_end(second)
+
+
+def undecided_checks(running: Demo, address: str) -> set[str]:
+    """Checks without which the building's verdict would be normal, once nothing is provisional."""
+
+    def final() -> dict[str, Any] | None:
+        verdict: dict[str, Any] = httpx.get(f"{address}/api/v1/buildings/DEMO/verdict").json()
+        return None if verdict["is_provisional"] else verdict
+
+    verdict = running.until(final)
+    assert (verdict["level"], verdict["open_alerts"]) == ("undecided", []), verdict
+    assert {check["outcome"] for check in verdict["checks"]} == {"passed", "undecided"}
+    return {check["name"] for check in verdict["checks"] if check["outcome"] == "undecided"}
 
 
 @pytest.mark.slow
@@ -71,6 +86,8 @@ def test_a_hidden_effect_is_reported_until_a_model_with_it_is_accepted(tmp_path:
         assert now < 0.1 * was
         after = service.get(f"/api/v1/models/{made}").json()["errors"]["later"]
         assert (after["events"], after["nrmse"]) == (1, pytest.approx(now / 100, abs=5e-4))
+        strongest = max(service.get("/api/v1/buildings/DEMO/events").json()["items"], key=lambda one: one["pga"])
+        assert service.get(f"/api/v1/events/{strongest['id']}/verdict").json()["level"] in ("inspect", "act")
         seconds_to_end(running)
     assert "Traceback" not in running.printed.read_text()
 

@@ -9,6 +9,7 @@ from alert_candidates import DAY, START
 from alert_fixtures import direction
 from sqlalchemy.orm import Session
 
+from core.shaking.measures import SPECTRUM_PERIODS
 from service.analyses.tables import Analysis, LayerResult, ShakingResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
@@ -118,7 +119,7 @@ def shaking(
         long_period_velocity=long_period,
         arias=0.01,
         duration=20.0,
-        spectrum={},
+        spectrum={axis: [0.9 if period < 0.3 else 0.3 for period in SPECTRUM_PERIODS] for axis in "xy"},
         floors=[{"level": "roof", "direction": "x", "peak": floor, "std": 0.001, "is_measured": True}],
         storeys=[{"level": "roof", "direction": "x", "peak": drift, "std": 0.05 * drift}],
         peak_floor_acceleration=floor,

@@ -27,7 +27,11 @@ from service.verdict.schema import VerdictOut, verdict_out
 
 router = APIRouter(prefix="/events", tags=["events"], route_class=TaggedRoute)
 
-NO_RESULTS: Mapping[str, Any] = {name: [] for name in ("quality", "peaks", "sensors", "directions")} | {"layer": None}
+NO_RESULTS: Mapping[str, Any] = {
+    **{name: [] for name in ("quality", "peaks", "sensors", "directions")},
+    "layer": None,
+    "shaking": None,
+}
 LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 
 
@@ -79,6 +83,7 @@ def _results(session: Session, analysis: Analysis, description: BuildingDescript
     return document.results(analysis, description) | {
         "directions": [document.direction_out(one, cycles.get(one.id, 0)) for one in stored],
         "layer": document.layer_out(queries.layer_result(session, analysis.id)),
+        "shaking": document.shaking_out(queries.shaking_result(session, analysis.id)),
     }
 
 

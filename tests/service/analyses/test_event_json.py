@@ -123,6 +123,7 @@ def test_what_is_missing_is_null_with_its_reason() -> None:
 def test_every_null_has_a_reason_and_no_nan_is_left() -> None:
     found = document()
     text = json.dumps(found, allow_nan=False)
+    assert found["missing"]["shaking"] == "no horizontal acceleration was recorded"
     assert orjson.loads(orjson.dumps(found)) == json.loads(text)
     without_verdict = json.dumps({name: value for name, value in found.items() if name != "verdict"})
     assert without_verdict.count("null") == len(found["missing"])

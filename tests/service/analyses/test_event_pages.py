@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from datetime import timedelta
 from html import unescape
 
+import assessed_buildings
 import pytest
 from alert_candidates import DAY, START
 from alert_fixtures import analysed, building, earthquake
@@ -105,3 +106,25 @@ def test_an_earthquake_that_no_one_knows_is_not_found(database_url: str, stored:
 
 def test_a_building_without_an_earthquake_says_so(database_url: str, stored: Session, of: Building) -> None:
     assert "No earthquake has been recorded yet." in shown(database_url, stored, f"/buildings/{of.code}/events")
+
+
+def test_an_earthquake_shows_its_strength_where_it_was_computed(database_url: str, stored: Session) -> None:
+    of = assessed_buildings.building(stored)
+    event = assessed_buildings.earthquake(stored, of, START + DAY)
+    former = earthquake(stored, of, START + 2 * DAY)
+    page = shown(database_url, stored, f"/events/{event.id}")
+    for line in (
+        'Peak velocity, horizontal<td class="number">5.00 cm/s',
+        'JMA instrumental intensity (unofficial)<td class="number">3.0',
+        'Long-period motion (unofficial)<td class="number">class 1, 8.00 cm/s',
+        'Arias intensity<td class="number">0.0100 m/s',
+        'direction y<td class="number">90.0 gal at 0.05',
+    ):
+        assert line in page
+    assert "Strength of the earthquake" not in shown(database_url, stored, f"/events/{former.id}")
+    with client(database_url) as api:
+        shaking = api.get(f"/api/v1/events/{event.id}").json()["shaking"]
+        assert api.get(f"/api/v1/events/{former.id}").json()["shaking"] is None
+    assert (shaking["intensity"], shaking["pgv"], shaking["duration"]) == (3.0, 0.05, 20.0)
+    assert len(shaking["periods"]) == len(shaking["spectrum"]["x"]) == 47
+    assert shaking["floors"][0]["level"] == shaking["storeys"][0]["level"] == "roof"
