@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import urljoin
 
 import pytest
 import typer
@@ -65,6 +66,10 @@ def test_the_tutorial_can_be_repeated(tmp_path: Path) -> None:
     pictures.mkdir()
     with writer.demonstration(tmp_path) as shown, writer.window() as page:
         seen = writer.walk(page, shown, pictures)
+        events = page.request.get(urljoin(page.url, "/api/v1/buildings/DEMO/events")).json()["items"]
+        strongest = max(events, key=lambda one: one["pga"])["id"]
+        verdict = page.request.get(urljoin(page.url, f"/api/v1/events/{strongest}/verdict")).json()
+    assert verdict["level"] in ("inspect", "act")
     assert "Traceback" not in shown.printed.read_text("utf-8")
     with writer.demonstration(tmp_path) as again:
         assert again.until(lambda printed: f"your model {seen['after']['name']} is current" in printed)

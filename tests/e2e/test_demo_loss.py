@@ -44,10 +44,17 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_reported_as_new_onc
             running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE, service.headers["X-API-Key"])
             running.until(lambda: box.mails and program.posted and _is_idle(service), PATIENCE)
             [alert] = service.get("/alerts", params={"building": "DEMO", "state": "active"}).json()["items"]
+            listed = service.get("/buildings/DEMO/events", params={"limit": 100}).json()["items"]
+            after = sorted(listed, key=lambda one: one["start"])[LAST_HEALTHY:]
+            addresses = ["/buildings/DEMO/verdict", *(f"/events/{one['id']}/verdict" for one in after)]
+            levels = [service.get(address).json()["level"] for address in addresses]
             link = f"{str(service.base_url).removesuffix('/api/v1/')}/alerts/{alert['id']}"
             seconds_to_end(running)
             assert not surviving_processes(running.process.pid)
     assert "Traceback" not in running.printed.read_text()
+
+    assert len(levels) == 1 + PAST - LAST_HEALTHY
+    assert "normal" not in levels, levels
 
     signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]
     reported = [one["data"] for one in signed if one["type"] == "menshin.alert.v1"]
