@@ -133,7 +133,7 @@ class StoreyDisplacementOut(Answer):
     level: str = Field(description="The floor above the storey.")
     direction: str = Field(description="x or y.")
     peak: Number = Field(description="m.")
-    std: Number = Field(description="m, standard deviation.")
+    std: Number | None = Field(description="m, standard deviation; null where it is not known.")
 
 
 class ShakingOut(Answer):
