@@ -77,9 +77,13 @@ def is_cross_site(request: Request) -> bool:
     return request.method not in SAFE and origin is not None and urlsplit(origin).netloc != request.headers.get("host")
 
 
+NOBODY = Caller("nobody", Role.viewer, frozenset())
+"""Stands for the caller of a request that was not admitted: no building exists for it."""
+
+
 def caller(request: Request) -> Caller:
     """The caller of an admitted request."""
-    identified: Caller = request.state.caller
+    identified: Caller = getattr(request.state, "caller", NOBODY)
     return identified
 
 
@@ -98,8 +102,9 @@ async def identify(request: Request) -> Caller:
         raise ForbiddenError("The request was made by a page of another site.")
     callers: Callers = request.app.state.callers
     identified = request.state.caller = _caller(request, await callers.known())
-    if (session := login(request)) is not None:
-        callers.note_use(session)
+    for secret in (*map(digest, presented(request)), login(request)):
+        if secret is not None:
+            callers.note_use(secret)
     return identified
 
 
@@ -114,7 +119,7 @@ async def is_valid(request: Request) -> bool:
 def _caller(request: Request, known: Snapshot) -> Caller:
     given = {digest(key) for key in presented(request)}
     if given and not given <= known.keys.keys():
-        raise UnauthorizedError(f"An unknown or revoked API key came with the request; {NO_KEY}")
+        raise UnauthorizedError(f"An unknown, revoked or expired API key came with the request; {NO_KEY}")
     if given:
         return min((known.keys[one] for one in given), key=lambda one: one.role)
     if (session := login(request)) is not None and session in known.logins:

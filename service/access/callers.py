@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys as access_keys, logins
 from service.access.roles import Caller, Role
+from service.access.tables import ApiKey, LoginSession
 from service.db.sessions import reading
 
 log = logging.getLogger(__name__)
@@ -20,7 +21,7 @@ log = logging.getLogger(__name__)
 FRESH = 1.0
 """s for which a process caches the callers, so that a revoked key works that much longer at most."""
 TOUCHED = timedelta(minutes=1)
-"""Resolution of the time of a session's last use."""
+"""Resolution of the time of the last use of a key or a session."""
 LINKED = Caller(logins.LINKED, Role.admin)
 
 
@@ -30,8 +31,8 @@ class Snapshot:
 
     keys: Mapping[str, Caller] = field(default_factory=dict)
     logins: Mapping[str, Caller] = field(default_factory=dict)
-    used: Mapping[str, datetime] = field(default_factory=dict)
-    """Last use of each login in the database."""
+    used: Mapping[str, datetime | None] = field(default_factory=dict)
+    """Last use of each key and login in the database; None before the first."""
     has_had_keys: bool = True
 
 
@@ -66,13 +67,15 @@ class Callers:
         """Read the callers again for the next request, after a login or logout."""
         self._read_at, self._pending = -float("inf"), None
 
-    def note_use(self, login: str) -> None:
-        """Store the time of a login's last use in another thread, so that the request does not wait."""
-        used, now = self._known.used.get(login), self._now()
-        if used is None or now - used < min(TOUCHED, self._idle / 10) or login in self._touches:
+    def note_use(self, secret: str) -> None:
+        """Store the time of the last use of a key or login in another thread, so that the request does not wait."""
+        known, now = self._known, self._now()
+        if secret not in known.used or secret in self._touches:
             return
-        task = self._touches[login] = asyncio.create_task(self._touch(login, now))
-        task.add_done_callback(lambda _: self._touches.pop(login, None))
+        used = known.used[secret]
+        if used is None or now - used >= min(TOUCHED, self._idle / 10):
+            task = self._touches[secret] = asyncio.create_task(self._touch(secret, now))
+            task.add_done_callback(lambda _: self._touches.pop(secret, None))
 
     def touches(self) -> tuple[asyncio.Task[None], ...]:
         """Uses that are being stored."""
@@ -88,22 +91,38 @@ class Callers:
     def _snapshot(self) -> Snapshot:
         now = self._now()
         with self._reading() as session:
-            active = access_keys.valid_logins(session, now - self._idle, now - self._lifetime)
+            valid = access_keys.valid_keys(session, now)
+            active = access_keys.valid_logins(session, now, now - self._idle, now - self._lifetime)
             return Snapshot(
-                keys={key.hash: Caller(key.name, Role[key.role]) for key in access_keys.valid_keys(session)},
-                logins={
-                    one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in active
-                },
-                used={one.hash: one.used_at for one in active},
+                keys={key.hash: _key_caller(key) for key in valid},
+                logins={one.hash: caller for one in active if (caller := self._login_caller(one)) is not None},
+                used={key.hash: key.used_at for key in valid} | {login.hash: login.used_at for login in active},
                 has_had_keys=access_keys.has_had_keys(session),
             )
 
-    async def _touch(self, login: str, now: datetime) -> None:
+    def _login_caller(self, login: LoginSession) -> Caller | None:
+        """The caller of a browser session; None for a person whose groups give no role any more."""
+        if login.key is not None:
+            return _key_caller(login.key)
+        if login.link is not None:
+            return Caller(
+                f"link {login.link.name}", Role.viewer, frozenset({login.link.building.code}), login.link.expires_at
+            )
+        return LINKED if login.person is None else None
+
+    async def _touch(self, secret: str, now: datetime) -> None:
+        store = access_keys.touch if secret in self._known.keys else logins.touch
+
         def touch() -> None:
             with self._sessions.begin() as session:
-                logins.touch(session, login, now)
+                store(session, secret, now)
 
         try:
             await to_thread.run_sync(touch, limiter=self._threads)
         except SQLAlchemyError:
-            log.warning("the last use of a login could not be stored; it may end earlier than it should")
+            log.warning("the last use of a key or login could not be stored; a login may end earlier than it should")
+
+
+def _key_caller(key: ApiKey) -> Caller:
+    buildings = None if key.buildings is None else frozenset(key.buildings)
+    return Caller(key.name, Role[key.role], buildings, key.expires_at)

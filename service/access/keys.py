@@ -1,36 +1,95 @@
 """API keys: creation, listing and revocation, and the keys and logins that are valid."""
 
-from collections.abc import Sequence
-from datetime import datetime
+from collections.abc import Collection, Sequence
+from datetime import datetime, timedelta
 
-from sqlalchemy import or_, select
+from sqlalchemy import ColumnElement, and_, or_, select, update
 from sqlalchemy.orm import Session, joinedload
 
 from service.access import logins
 from service.access.roles import Role, digest, new_secret
-from service.access.tables import ApiKey, LoginSession
+from service.access.tables import ApiKey, BuildingLink, LoginSession
+from service.buildings.tables import Building
+
+WARNED = timedelta(days=14)
+"""Time before its end in which a key is warned of; enough for a holiday of whoever makes the next one."""
 
 
 class KeyNameError(Exception):
-    """The name of a key is in use, or unknown."""
+    """The name of a key is in use or unknown, or the key would be of no use."""
 
 
-def create(session: Session, name: str, role: Role, now: datetime) -> str:
+def create(
+    session: Session,
+    name: str,
+    role: Role,
+    now: datetime,
+    *,
+    buildings: Collection[str] | None = None,
+    expires_at: datetime | None = None,
+) -> str:
     """A new key; it is not stored and cannot be shown again.
 
+    Args:
+        session: to write with.
+        name: of the key.
+        role: of the key.
+        now: the time.
+        buildings: codes of the buildings that exist for the key; None for all.
+        expires_at: when the key ends; None: only when it is revoked.
+
     Raises:
-        KeyNameError: the name is in use, or was that of a revoked key: names are never used again.
+        KeyNameError: the name is in use, or was that of a revoked key: names are never used again; or a building is
+            unknown, or the end is not in the future.
     """
     if _find(session, name) is not None:
         raise KeyNameError(f"There is a key {name!r} already; choose another name.")
+    if expires_at is not None and expires_at <= now:
+        raise KeyNameError(f"The key would end at {expires_at:%Y-%m-%d %H:%M} UTC, which has passed.")
+    codes = None if buildings is None else sorted(set(buildings))
+    if codes is not None:
+        _check_codes(session, codes)
     key = new_secret("mk")
-    session.add(ApiKey(name=name, role=role.name, hash=digest(key), created_at=now))
+    row = ApiKey(name=name, role=role.name, hash=digest(key), buildings=codes, created_at=now, expires_at=expires_at)
+    session.add(row)
     return key
+
+
+def _check_codes(session: Session, codes: Collection[str]) -> None:
+    """Refuse unknown buildings, which would never be found."""
+    known = set(session.scalars(select(Building.code).where(Building.code.in_(codes))))
+    if unknown := sorted(set(codes) - known):
+        raise KeyNameError(f"There is no building {unknown[0]!r}; 'menshin building list' shows their codes.")
 
 
 def every(session: Session) -> Sequence[ApiKey]:
     """All keys, revoked ones too, by name."""
     return session.scalars(select(ApiKey).order_by(ApiKey.name)).all()
+
+
+def end_in_words(key: ApiKey, now: datetime) -> str:
+    """When a key ends or ended; a key that ends soon is marked."""
+    if key.revoked_at is not None:
+        return f"revoked {time_in_words(key.revoked_at)}"
+    if key.expires_at is None:
+        return "never"
+    end = time_in_words(key.expires_at)
+    if key.expires_at <= now:
+        return f"expired {end}"
+    return f"{end}, {soon}" if (soon := soon_in_words(key.expires_at, now)) else end
+
+
+def soon_in_words(end: datetime | None, now: datetime) -> str:
+    """Time until an end within WARNED, such as `in 3 days`; empty if it is later."""
+    if end is None or end - now > WARNED:
+        return ""
+    days = (end - now) // timedelta(days=1)
+    return f"in {days} day{'' if days == 1 else 's'}" if days else "in less than a day"
+
+
+def time_in_words(moment: datetime | None, otherwise: str = "") -> str:
+    """A time to the minute."""
+    return otherwise if moment is None else f"{moment:%Y-%m-%d %H:%M}"
 
 
 def revoke(session: Session, name: str, now: datetime) -> None:
@@ -60,9 +119,25 @@ def log_out(session: Session, name: str | None, now: datetime) -> int:
     return logins.end_all(session, key.id, now)
 
 
-def valid_keys(session: Session) -> Sequence[ApiKey]:
-    """Keys that are not revoked."""
-    return session.scalars(select(ApiKey).where(ApiKey.revoked_at.is_(None))).all()
+def valid_keys(session: Session, now: datetime) -> Sequence[ApiKey]:
+    """Keys that are neither revoked nor expired."""
+    return session.scalars(select(ApiKey).where(*is_valid(now))).all()
+
+
+def is_valid(now: datetime) -> tuple[ColumnElement[bool], ...]:
+    """The conditions of a valid key."""
+    return (ApiKey.revoked_at.is_(None), or_(ApiKey.expires_at.is_(None), ApiKey.expires_at > now))
+
+
+def ending(session: Session, now: datetime) -> Sequence[ApiKey]:
+    """Valid keys that end within WARNED, the first to end first."""
+    query = select(ApiKey).where(*is_valid(now), ApiKey.expires_at <= now + WARNED)
+    return session.scalars(query.order_by(ApiKey.expires_at)).all()
+
+
+def touch(session: Session, key_digest: str, now: datetime) -> None:
+    """Note that the key was used."""
+    session.execute(update(ApiKey).where(ApiKey.hash == key_digest).values(used_at=now))
 
 
 def has_had_keys(session: Session) -> bool:
@@ -70,14 +145,18 @@ def has_had_keys(session: Session) -> bool:
     return session.scalar(select(ApiKey.id).limit(1)) is not None
 
 
-def valid_logins(session: Session, used_after: datetime, created_after: datetime) -> Sequence[LoginSession]:
-    """Valid browser sessions with their keys: not ended, idle or expired, and with a valid key."""
-    query = select(LoginSession).outerjoin(LoginSession.key).options(joinedload(LoginSession.key))
+def valid_logins(
+    session: Session, now: datetime, used_after: datetime, created_after: datetime
+) -> Sequence[LoginSession]:
+    """Valid browser sessions with their keys and links: not ended, idle or expired, and with a valid key or link."""
+    loaded = (joinedload(LoginSession.key), joinedload(LoginSession.link).joinedload(BuildingLink.building))
+    query = select(LoginSession).outerjoin(LoginSession.key).outerjoin(LoginSession.link).options(*loaded)
     living = (
         LoginSession.ended_at.is_(None),
         LoginSession.used_at > used_after,
         LoginSession.created_at > created_after,
-        or_(LoginSession.key_id.is_(None), ApiKey.revoked_at.is_(None)),
+        or_(LoginSession.key_id.is_(None), and_(*is_valid(now))),
+        or_(LoginSession.link_id.is_(None), and_(BuildingLink.revoked_at.is_(None), BuildingLink.expires_at > now)),
     )
     return session.scalars(query.where(*living)).all()
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from sqlalchemy import delete, select, update
+from sqlalchemy import delete, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.access.roles import digest, new_secret
@@ -32,7 +32,9 @@ class NewSession:
 
 def begin(session: Session, key: str, now: datetime) -> NewSession | None:
     """A new session of a key; None if no valid key matches."""
-    row = session.scalars(select(ApiKey).where(ApiKey.hash == digest(key), ApiKey.revoked_at.is_(None))).one_or_none()
+    lasts = or_(ApiKey.expires_at.is_(None), ApiKey.expires_at > now)
+    valid = (ApiKey.hash == digest(key), ApiKey.revoked_at.is_(None), lasts)
+    row = session.scalars(select(ApiKey).where(*valid)).one_or_none()
     return None if row is None else NewSession(row.name, _cookie(session, row.id, now))
 
 

@@ -3,6 +3,7 @@
 import hashlib
 import secrets
 from dataclasses import dataclass
+from datetime import datetime
 from enum import IntEnum
 
 VISIBLE = 11
@@ -26,6 +27,10 @@ class Caller:
 
     name: str
     role: Role
+    buildings: frozenset[str] | None = None
+    """Codes of the buildings that exist for the caller; None for all."""
+    expires_at: datetime | None = None
+    """End of the caller's key or link."""
 
 
 def new_secret(prefix: str) -> str:

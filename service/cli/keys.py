@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -22,16 +22,25 @@ RoleName = Annotated[
 ]
 
 
+Buildings = Annotated[
+    list[str] | None,
+    typer.Option("--building", help="code of a building that the key may see; repeat for more; without it all"),
+]
+Days = Annotated[int | None, typer.Option("--days", min=1, max=3650, help="days until the key ends; without it never")]
+
+
 @app.command()
-def create(context: typer.Context, name: Name, role: RoleName) -> None:
+def create(context: typer.Context, name: Name, role: RoleName, building: Buildings = None, days: Days = None) -> None:
     """Create a key and print it: it cannot be shown again."""
     from service.access import keys
     from service.access.roles import Role
 
     if role not in Role.__members__:
         raise typer.BadParameter(f"{role!r} is no role; {', '.join(Role.__members__)} are", param_hint="--role")
+    now = datetime.now(UTC)
+    end = None if days is None else now + timedelta(days=days)
     with _session(context) as session:
-        key = keys.create(session, name, Role[role], datetime.now(UTC))
+        key = keys.create(session, name, Role[role], now, buildings=building or None, expires_at=end)
     typer.echo(key)
 
 
@@ -40,12 +49,17 @@ def every(context: typer.Context) -> None:
     """List all keys, without their secret parts."""
     from service.access import keys
 
-    table = Table("name", "role", "begins with", "created (UTC)", "revoked (UTC)")
+    table = Table("name", "role", "buildings", "begins with", "created", "last used", "ends", title="Times are in UTC.")
     with _session(context) as session:
-        rows = keys.every(session)
+        now, rows = datetime.now(UTC), keys.every(session)
     for key in rows:
-        revoked = "" if key.revoked_at is None else f"{key.revoked_at:%Y-%m-%d %H:%M}"
-        table.add_row(key.name, key.role, key.hash.partition(":")[0], f"{key.created_at:%Y-%m-%d %H:%M}", revoked)
+        buildings = "all" if key.buildings is None else ", ".join(key.buildings)
+        times = (
+            keys.time_in_words(key.created_at),
+            keys.time_in_words(key.used_at, "never"),
+            keys.end_in_words(key, now),
+        )
+        table.add_row(key.name, key.role, buildings, key.hash.partition(":")[0], *times)
     Console().print(table)
 
 

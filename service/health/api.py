@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access import auth
 from service.db import migrate
 from service.health import readiness
+from service.health.metrics import Stored
 from service.http.parameters import Reading
 from service.http.problems import openapi_responses, problem
 from service.schema import Answer
@@ -63,13 +64,13 @@ async def alive() -> Health:
     responses=openapi_responses(503),
     openapi_extra=OPEN,
 )
-def ready(request: Request, sessions: Reading) -> Readiness | Response:
+def ready(request: Request) -> Readiness | Response:
     """200 if polling and analyses really happen and can be stored; otherwise 503, and `checks` lists the problems.
 
     Checked are the database and its tables, its disk, the clock, a poller, the polls of every source, and a worker.
     """
     state, now = request.app.state, datetime.now(UTC)
-    checks = [_check(one, state.unready_since, now) for one in _checks(sessions, state.settings, now)]
+    checks = [_check(one, state.unready_since, now) for one in _checks(state.reading, state.settings, now)]
     if all(one.ok for one in checks):
         return Readiness(status="ready", checks=checks)
     detail = "; ".join(one.found for one in checks if not one.ok)
@@ -103,9 +104,13 @@ def _check(check: readiness.Check, noticed: dict[str, datetime], now: datetime) 
     response_class=Response,
     responses=openapi_responses(401, 403) | {200: {"description": METRICS, "content": {CONTENT_TYPE_LATEST: {}}}},
 )
-def measured(request: Request) -> Response:
+def measured(request: Request, sessions: Reading) -> Response:
     """State of buildings, events and jobs, and the durations of requests, for Prometheus; it takes a viewer's key.
+
+    A key of some buildings gets their state alone.
 
     Times are Unix times: `time() - menshin_oldest_waiting_job_timestamp_seconds` is how long a job has waited.
     """
-    return Response(generate_latest(request.app.state.metrics), media_type=CONTENT_TYPE_LATEST)
+    is_limited = auth.caller(request).buildings is not None
+    shown = Stored(sessions) if is_limited else request.app.state.metrics
+    return Response(generate_latest(shown), media_type=CONTENT_TYPE_LATEST)

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import auth
 from service.access.auditing import AuditContext, audited
+from service.access.scope import limited
 from service.db.select import Span
 from service.http.request_capture import captured
 from service.times import read_time
@@ -70,13 +71,12 @@ def span_of_request(
 
 
 async def reading_sessions(request: Request) -> sessionmaker[Session]:
-    """Sessions that only read."""
-    sessions: sessionmaker[Session] = request.app.state.reading
-    return sessions
+    """Sessions that only read, limited to the caller's buildings."""
+    return limited(request.app.state.reading, auth.caller(request))
 
 
 async def writing_sessions(request: Request) -> sessionmaker[Session]:
-    """Sessions that may write; the audit trail records their changes."""
+    """Sessions that may write, limited to the caller's buildings; the audit trail records their changes."""
 
     def audit_context() -> AuditContext:
         address = request.client.host if request.client else "unknown"
@@ -84,7 +84,7 @@ async def writing_sessions(request: Request) -> sessionmaker[Session]:
             auth.caller(request).name, address, request.method, request.url.path, captured(request.scope)
         )
 
-    return audited(request.app.state.sessions, audit_context)
+    return limited(audited(request.app.state.sessions, audit_context), auth.caller(request))
 
 
 EventSpan = Annotated[Span, Depends(span_of_request)]

@@ -45,7 +45,7 @@ def loop(wanted: As, sessions: Reading, comparison: Annotated[int, Query(ge=1, l
 def trend(wanted: As, sessions: Reading, model: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
     """The model's error beyond noise, event by event."""
     with sessions() as session:
-        compared = queries.latest_comparisons(session, [model])[model]
+        compared = queries.latest_comparisons(session, [queries.version(session, model).id])[model]
     identity = [(one.id, one.created_at) for one, _ in compared]
     return picture(wanted, lambda: error_over_events(answers.rated(compared)), "model-trend", model, identity)
 

@@ -11,15 +11,24 @@ from typing import Any
 
 import databases
 import monitored_building
+import numpy as np
+import paper_records
 import pytest
+from alert_candidates import softer_isolators
+from alert_fixtures import with_stored_events
 from api_client import TestClient, client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.roles import Role
 from service.alerts.messages import write_event_message
+from service.alerts.reconciliation import reconcile
+from service.analyses.tables import LayerResult
 from service.app import create
+from service.buildings import store as building_store
 from service.db import sessions as opened
+from service.db.blobs import encode
+from service.notify.tables import Delivery, Message, Receiver
 from service.records.tables import Event
 from service.settings import Settings
 
@@ -223,27 +232,141 @@ def test_a_route_admits_its_role_and_higher_ones(
             assert not sent_to_login
 
 
-QUERY = {"GET /fdsnws/dataselect/1/query": "net=XX&start=2000-01-01&end=2100-01-01"}
-"""Queries of routes that need one."""
+QUERY = {
+    "GET /fdsnws/dataselect/1/query": "net=XX&start=2000-01-01&end=2100-01-01",
+    "GET /api/v1/buildings/{code}/baseline": "quantity=stiffness&subject=x",
+    "GET /api/v1/buildings/{code}/baseline/observations": "quantity=stiffness&subject=x",
+    "GET /api/v1/events/{event_id}/restoring-force": "direction=x",
+    "GET /charts/axial-load.svg": "layer=1",
+    "GET /charts/baseline.svg": "building=PAPER&quantity=stiffness&subject=x",
+    "GET /charts/drift.svg": "building=PAPER&quantity=stiffness",
+    "GET /charts/loop.svg": "result=1",
+    "GET /charts/model-diagnosis.svg": "number=1",
+    "GET /charts/model-loop.svg": "comparison=1",
+    "GET /charts/model-trend.svg": "model=1",
+    "GET /charts/modes.svg": "building=PAPER&direction=x",
+    "GET /charts/orbit.svg": "layer=1",
+    "GET /charts/stiffness.svg": "building=PAPER&direction=x",
+    "GET /charts/torsion.svg": "layer=1",
+    "GET /modes": "building=PAPER&direction=x",
+    "GET /": "building=PAPER",
+}
+"""Queries of routes that need one, or that name a building by it."""
 NOT_READY = {"GET /readyz": 503}
 """No poller, worker or notifier runs."""
+COMMON = {"name", "service"}
+"""Parameters of paths that name no building's own: effects, and the FDSN services."""
+WITHOUT_BUILDINGS = {
+    "GET /login",
+    "GET /openapi.json",
+    "GET /readyz",
+    "GET /docs",
+    "GET /effects",
+    "GET /api/v1/effects",
+}
+"""Routes whose answer is the same whatever the buildings are."""
+NOTHING_THERE = {
+    "GET /api/v1/diagnoses/{diagnosis_id}",
+    "GET /diagnoses/{diagnosis_id}",
+    "GET /charts/model-diagnosis.svg",
+    "GET /charts/baseline.svg",
+    "GET /charts/drift.svg",
+    "GET /charts/orbit.svg",
+}
+"""A diagnosis would take longer than all else here; a baseline needs more events, and the orbit both directions."""
+BODIES = {
+    "POST /api/v1/alerts/{alert_id}/acknowledge": {"note": "seen"},
+    "POST /api/v1/alerts/{alert_id}/inspect": {"outcome": "confirmed", "note": "seen"},
+    "POST /api/v1/buildings/{code}/models": {"direction": "x"},
+    "POST /api/v1/buildings/{code}/receivers": {"name": "a", "kind": "email", "address": "a@example.org"},
+    "POST /api/v1/buildings/{code}/reference-periods": {"start": "2010-01-01T00:00:00Z", "reason": "new"},
+    "POST /api/v1/buildings/{code}/silences": {"pattern": "*", "until": "2100-01-01T00:00:00Z", "reason": "works"},
+    "POST /api/v1/models/{model_id}/effects": {"effect": "friction"},
+    "PATCH /api/v1/receivers/{receiver_id}": {"kinds": ["event"]},
+}
+
+
+def path_of(route: str) -> str:
+    """The route's address in the database in use."""
+    path = re.sub(r"{(\w+)}", lambda one: (VALUES | IN_USE).get(one[1], "1"), route.split()[1])
+    return f"{path}?{QUERY.get(route, '')}"
+
+
+def names_a_row(route: str) -> bool:
+    """True if the path or the query names a row of a building."""
+    return bool(set(re.findall(r"{(\w+)}", route)) - COMMON) or bool(re.search("PAPER|=1$", QUERY.get(route, "")))
+
+
+def across() -> dict[str, bytes]:
+    """Histories across the directions, without samples."""
+    return dict.fromkeys(("torsion", "torsion_std_history", "axial_load"), encode(np.zeros(0)))
+
+
+@pytest.fixture
+def in_use(sessions: sessionmaker[Session], database_url: str, tmp_path: Path) -> dict[str, dict[str, str]]:
+    """Headers of a key of all buildings, of one in use, and of another: a row of each table belongs to the first."""
+    monitored_building.watch(sessions, tmp_path)
+    now = datetime.now(UTC)
+    with client(database_url) as asking:
+        assert asking.post("/api/v1/buildings/PAPER/models", json={"direction": "x"}).status_code == 201
+        assert asking.post("/api/v1/models/1/comparisons", json={}).status_code == 202
+        silence = BODIES["POST /api/v1/buildings/{code}/silences"]
+        assert asking.post("/api/v1/buildings/PAPER/silences", json=silence).status_code == 201
+    monitored_building.work(sessions)
+    with sessions.begin() as session:
+        event = session.get_one(Event, 1)
+        subscribed: dict[str, Any] = {"kinds": ["event"], "severities": ["inform"], "origin": "api"}
+        receiver = Receiver(
+            building_id=1, name="a", kind="email", address="a@example.org", created_at=now, **subscribed
+        )
+        session.add(receiver)
+        session.flush()
+        write_event_message(session, event.id, timedelta(days=1), event.end)
+        session.add(LayerResult(analysis_id=1, start=event.start, rate=100.0, count=0, **across()))
+        message = session.get_one(Message, 1)
+        session.add(Delivery(message=message, receiver=receiver, state="waiting", due_at=now, created_at=now))
+        reconcile(session, event.building_id, [with_stored_events(softer_isolators(8.0), (1, 2, 3))], "events", now)
+        text = paper_records.building_file().replace("PAPER", "OTHER").replace("the paper's building", "the other one")
+        building_store.add(session, text, tmp_path, now)
+        session.flush()
+        limits = {"all": None, "PAPER": ["PAPER"], "OTHER": ["OTHER"]}
+        made = {name: keys.create(session, name, Role.admin, now, buildings=codes) for name, codes in limits.items()}
+    return {name: {"X-API-Key": key} for name, key in made.items()}
 
 
 @pytest.mark.slow
-def test_every_route_answers_on_a_database_in_use(
-    sessions: sessionmaker[Session], database_url: str, tmp_path: Path
+def test_every_route_answers_on_a_database_in_use_and_shows_a_key_its_own_buildings_alone(
+    database_url: str, in_use: dict[str, dict[str, str]]
 ) -> None:
-    """Most pages and most of the API are otherwise tested on SQLite alone."""
-    monitored_building.watch(sessions, tmp_path)
-    with sessions.begin() as session:
-        event = session.get_one(Event, 1)
-        write_event_message(session, event.id, timedelta(days=1), event.end)
-    found = {}
+    """Most pages and most of the API are otherwise tested on SQLite alone.
+
+    A row of another building is answered with 404 as if it did not exist, also after a caller of all buildings has
+    brought it into memory.
+    """
+    reads = [route for route in LEAST if route.startswith("GET ")]
     with client(database_url, progress_patience=0.1) as asking:
-        assert asking.post("/api/v1/buildings/PAPER/models", json={"direction": "x"}).status_code == 201
-        assert asking.post("/api/v1/models/1/comparisons", json={}).status_code == 202
-        monitored_building.work(sessions)
-        for route in (route for route in LEAST if route.startswith("GET ")):
-            path = re.sub(r"{(\w+)}", lambda one: (VALUES | IN_USE).get(one[1], "1"), route.removeprefix("GET "))
-            found[route] = asking.get(f"{path}?{QUERY.get(route, '')}").status_code
-    assert {route: status for route, status in found.items() if status >= 500} == NOT_READY
+        found = {
+            name: {route: asking.get(path_of(route), headers=headers) for route in reads}
+            for name, headers in in_use.items()
+        }
+        changed = {
+            route: asking.request(*route_and_path(route), json=BODIES.get(route, {}), headers=in_use["OTHER"])
+            for route in LEAST
+            if not route.startswith("GET ") and names_a_row(route)
+        }
+    status = {name: {route: one.status_code for route, one in some.items()} for name, some in found.items()}
+    assert {route: one for route, one in status["all"].items() if one >= 500} == NOT_READY
+    assert {route: one for route, one in status["PAPER"].items() if one != status["all"][route]} == {}
+    named = [route for route in reads if names_a_row(route)]
+    assert {route for route in named if status["all"][route] != 200} == NOTHING_THERE
+    assert {route: status["OTHER"][route] for route in named if status["OTHER"][route] != 404} == {}
+    assert {route: one.status_code for route, one in changed.items() if one.status_code != 404} == {}
+    for name, hidden in (("OTHER", "PAPER"), ("PAPER", "OTHER")):
+        assert [route for route in reads if hidden in found[name][route].text] == []
+    shown = [route for route in reads if "PAPER" in found["all"][route].text and route != "GET /api/v1/audit"]
+    assert [route for route in shown if "PAPER" not in found["PAPER"][route].text] == []
+
+
+def route_and_path(route: str) -> tuple[str, str]:
+    """Method and address of a route."""
+    return route.split()[0], path_of(route)
