@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys as access_keys, logins
 from service.access.roles import Caller, Role
-from service.access.tables import ApiKey, LoginSession
+from service.access.tables import ApiKey
 from service.db.sessions import reading
 
 log = logging.getLogger(__name__)
@@ -95,20 +95,10 @@ class Callers:
             active = access_keys.valid_logins(session, now, now - self._idle, now - self._lifetime)
             return Snapshot(
                 keys={key.hash: _key_caller(key) for key in valid},
-                logins={one.hash: caller for one in active if (caller := self._login_caller(one)) is not None},
+                logins={one.hash: LINKED if one.key is None else _key_caller(one.key) for one in active},
                 used={key.hash: key.used_at for key in valid} | {login.hash: login.used_at for login in active},
                 has_had_keys=access_keys.has_had_keys(session),
             )
-
-    def _login_caller(self, login: LoginSession) -> Caller | None:
-        """The caller of a browser session; None for a person whose groups give no role any more."""
-        if login.key is not None:
-            return _key_caller(login.key)
-        if login.link is not None:
-            return Caller(
-                f"link {login.link.name}", Role.viewer, frozenset({login.link.building.code}), login.link.expires_at
-            )
-        return LINKED if login.person is None else None
 
     async def _touch(self, secret: str, now: datetime) -> None:
         store = access_keys.touch if secret in self._known.keys else logins.touch

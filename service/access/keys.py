@@ -1,18 +1,15 @@
 """API keys: creation, listing and revocation, and the keys and logins that are valid."""
 
 from collections.abc import Collection, Sequence
-from datetime import datetime, timedelta
+from datetime import datetime
 
 from sqlalchemy import ColumnElement, and_, or_, select, update
 from sqlalchemy.orm import Session, joinedload
 
 from service.access import logins
-from service.access.roles import Role, digest, new_secret
-from service.access.tables import ApiKey, BuildingLink, LoginSession
+from service.access.roles import Role, digest, new_secret, soon_in_words
+from service.access.tables import ApiKey, LoginSession
 from service.buildings.tables import Building
-
-WARNED = timedelta(days=14)
-"""Time before its end in which a key is warned of; enough for a holiday of whoever makes the next one."""
 
 
 class KeyNameError(Exception):
@@ -79,14 +76,6 @@ def end_in_words(key: ApiKey, now: datetime) -> str:
     return f"{end}, {soon}" if (soon := soon_in_words(key.expires_at, now)) else end
 
 
-def soon_in_words(end: datetime | None, now: datetime) -> str:
-    """Time until an end within WARNED, such as `in 3 days`; empty if it is later."""
-    if end is None or end - now > WARNED:
-        return ""
-    days = (end - now) // timedelta(days=1)
-    return f"in {days} day{'' if days == 1 else 's'}" if days else "in less than a day"
-
-
 def time_in_words(moment: datetime | None, otherwise: str = "") -> str:
     """A time to the minute."""
     return otherwise if moment is None else f"{moment:%Y-%m-%d %H:%M}"
@@ -129,12 +118,6 @@ def is_valid(now: datetime) -> tuple[ColumnElement[bool], ...]:
     return (ApiKey.revoked_at.is_(None), or_(ApiKey.expires_at.is_(None), ApiKey.expires_at > now))
 
 
-def ending(session: Session, now: datetime) -> Sequence[ApiKey]:
-    """Valid keys that end within WARNED, the first to end first."""
-    query = select(ApiKey).where(*is_valid(now), ApiKey.expires_at <= now + WARNED)
-    return session.scalars(query.order_by(ApiKey.expires_at)).all()
-
-
 def touch(session: Session, key_digest: str, now: datetime) -> None:
     """Note that the key was used."""
     session.execute(update(ApiKey).where(ApiKey.hash == key_digest).values(used_at=now))
@@ -148,15 +131,13 @@ def has_had_keys(session: Session) -> bool:
 def valid_logins(
     session: Session, now: datetime, used_after: datetime, created_after: datetime
 ) -> Sequence[LoginSession]:
-    """Valid browser sessions with their keys and links: not ended, idle or expired, and with a valid key or link."""
-    loaded = (joinedload(LoginSession.key), joinedload(LoginSession.link).joinedload(BuildingLink.building))
-    query = select(LoginSession).outerjoin(LoginSession.key).outerjoin(LoginSession.link).options(*loaded)
+    """Valid browser sessions with their keys: not ended, idle or expired, and with a valid key."""
+    query = select(LoginSession).outerjoin(LoginSession.key).options(joinedload(LoginSession.key))
     living = (
         LoginSession.ended_at.is_(None),
         LoginSession.used_at > used_after,
         LoginSession.created_at > created_after,
         or_(LoginSession.key_id.is_(None), and_(*is_valid(now))),
-        or_(LoginSession.link_id.is_(None), and_(BuildingLink.revoked_at.is_(None), BuildingLink.expires_at > now)),
     )
     return session.scalars(query.where(*living)).all()
 

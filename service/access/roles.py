@@ -3,7 +3,7 @@
 import hashlib
 import secrets
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from enum import IntEnum
 
 VISIBLE = 11
@@ -31,6 +31,23 @@ class Caller:
     """Codes of the buildings that exist for the caller; None for all."""
     expires_at: datetime | None = None
     """End of the caller's key or link."""
+
+
+WARNED = timedelta(days=14)
+"""Time before its end in which a key is warned of: whoever makes the next one may be on holiday. Not tuned."""
+
+
+def ends_soon(end: datetime, now: datetime) -> bool:
+    """True if people should be warned of this end of a key."""
+    return end - now <= WARNED
+
+
+def soon_in_words(end: datetime | None, now: datetime) -> str:
+    """Time until an end that people are warned of, such as `in 3 days`; empty if it is later."""
+    if end is None or not ends_soon(end, now):
+        return ""
+    days = (end - now) // timedelta(days=1)
+    return f"in {days} day{'' if days == 1 else 's'}" if days else "in less than a day"
 
 
 def new_secret(prefix: str) -> str:

@@ -14,7 +14,7 @@ from sqlalchemy.sql.base import ExecutableOption
 
 from service.access.auditing import AuditedSession
 from service.access.roles import Caller
-from service.access.tables import ApiKey, AuditEntry, BuildingLink, LoginLink, LoginSession
+from service.access.tables import ApiKey, AuditEntry, LoginLink, LoginSession
 from service.alerts.tables import Alert, AlertChange, Inspection, Silence
 from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult, SensorResult
 from service.buildings.tables import Building, Revision
@@ -43,7 +43,6 @@ OF_BUILDING = (
     Silence,
     Receiver,
     Message,
-    BuildingLink,
 )
 """Tables with a `building_id`."""
 PARENTS: Mapping[Entity, tuple[str, Entity]] = {

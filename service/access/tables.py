@@ -1,4 +1,4 @@
-"""Tables of keys, browser sessions, login links, links to a building, and the audit trail."""
+"""Tables of keys, browser sessions, login links and the audit trail."""
 
 from datetime import datetime
 from typing import Any
@@ -6,7 +6,6 @@ from typing import Any
 from sqlalchemy import ForeignKey
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from service.buildings.tables import Building
 from service.db.base import Base
 
 
@@ -35,37 +34,12 @@ class LoginSession(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     hash: Mapped[str] = mapped_column(unique=True)
     key_id: Mapped[int | None] = mapped_column(ForeignKey("api_key.id", ondelete="CASCADE"), index=True)
-    """None for a session of a person or of a link; one without any of them began with a login link and is an admin's.
-    """
-    link_id: Mapped[int | None] = mapped_column(ForeignKey("building_link.id", ondelete="CASCADE"), index=True)
-    person: Mapped[str | None]
-    """Name of a person whom the sign-in provider named."""
-    groups: Mapped[list[str] | None]
-    """The person's groups at the provider, which give the role."""
+    """None for a session from a login link, whose role is admin."""
     created_at: Mapped[datetime]
     used_at: Mapped[datetime]
     """Time of the last use, to about a minute."""
     ended_at: Mapped[datetime | None]
     key: Mapped[ApiKey | None] = relationship()
-    link: Mapped["BuildingLink | None"] = relationship()
-
-
-class BuildingLink(Base):
-    """A link by which whoever has it reads the pages of one building; its token is not stored."""
-
-    __tablename__ = "building_link"
-    id: Mapped[int] = mapped_column(primary_key=True)
-    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
-    name: Mapped[str]
-    """The person or purpose that it is for."""
-    hash: Mapped[str] = mapped_column(unique=True)
-    created_by: Mapped[str]
-    created_at: Mapped[datetime]
-    expires_at: Mapped[datetime]
-    revoked_at: Mapped[datetime | None]
-    used_at: Mapped[datetime | None]
-    """Time of the last use, to about a minute."""
-    building: Mapped[Building] = relationship()
 
 
 class LoginLink(Base):

@@ -10,6 +10,7 @@
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from datetime import UTC, datetime
 from threading import Event as Signal
 
 from anyio import CancelScope, Semaphore, current_time, move_on_after, sleep
@@ -20,6 +21,7 @@ from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.access import auth
+from service.access.roles import ends_soon
 from service.errors import ServiceError, TooLargeError
 from service.http import problems
 
@@ -92,7 +94,7 @@ class Guard:
             await self._app(scope, receive, send)
             return
         request = Request(scope)
-        send = _with_default_headers(send)
+        send = _with_default_headers(request, send)
         if request.url.path == "/healthz":
             await self._app(scope, _limited_body(request, receive), send)
             return
@@ -255,14 +257,17 @@ def _limited_body(request: Request, receive: Receive) -> Receive:
     return counting
 
 
-def _with_default_headers(send: Send) -> Send:
-    """Responses with the default headers."""
+def _with_default_headers(request: Request, send: Send) -> Send:
+    """Responses with the default headers, and a warning of the end of the caller's key."""
 
     async def protecting(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             for name, value in PROTECTION.items():
                 headers.setdefault(name, value)
+            end = auth.caller(request).expires_at
+            if end is not None and ends_soon(end, datetime.now(UTC)):
+                headers["Menshin-Key-Expires"] = f"{end:%Y-%m-%dT%H:%M:%SZ}"
         await send(message)
 
     return protecting

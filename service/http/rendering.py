@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path as File
 from typing import Annotated, Literal
 
@@ -13,7 +13,8 @@ from fastapi.templating import Jinja2Templates
 
 from core.rounding import plain, significant, with_std
 from core.units import quantity, shown, unit
-from service.access.auth import login
+from service.access.auth import caller, login
+from service.access.roles import soon_in_words
 from service.http.libraries import address as library_address
 from service.http.responses import CSV, JSON, Tagged
 from service.jobs.schema import error_in_words
@@ -35,8 +36,9 @@ POLICY = {
 
 
 def page(request: Request, name: str, status: int = 200, **context: object) -> Response:
-    """The page of a template, with a logout button for callers with a cookie."""
+    """The page of a template, with a logout button for callers with a cookie, and a warning before their key ends."""
     context["logged_in"] = login(request) is not None
+    context["key_ends"] = soon_in_words(caller(request).expires_at, datetime.now(UTC))
     return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
 
 

@@ -237,24 +237,25 @@ QUERY = {
     "GET /api/v1/buildings/{code}/baseline": "quantity=stiffness&subject=x",
     "GET /api/v1/buildings/{code}/baseline/observations": "quantity=stiffness&subject=x",
     "GET /api/v1/events/{event_id}/restoring-force": "direction=x",
-    "GET /charts/axial-load.svg": "layer=1",
-    "GET /charts/baseline.svg": "building=PAPER&quantity=stiffness&subject=x",
-    "GET /charts/drift.svg": "building=PAPER&quantity=stiffness",
-    "GET /charts/loop.svg": "result=1",
+    "GET /charts/axial-load.{form}": "layer=1",
+    "GET /charts/baseline.{form}": "building=PAPER&quantity=stiffness&subject=x",
+    "GET /charts/drift.{form}": "building=PAPER&quantity=stiffness",
+    "GET /charts/loop.{form}": "result=1",
     "GET /charts/model-diagnosis.svg": "number=1",
-    "GET /charts/model-loop.svg": "comparison=1",
-    "GET /charts/model-trend.svg": "model=1",
-    "GET /charts/modes.svg": "building=PAPER&direction=x",
-    "GET /charts/orbit.svg": "layer=1",
-    "GET /charts/stiffness.svg": "building=PAPER&direction=x",
-    "GET /charts/torsion.svg": "layer=1",
+    "GET /charts/model-loop.{form}": "comparison=1",
+    "GET /charts/model-trend.{form}": "model=1",
+    "GET /charts/modes.{form}": "building=PAPER&direction=x",
+    "GET /charts/orbit.{form}": "layer=1",
+    "GET /charts/stiffness.{form}": "building=PAPER&direction=x",
+    "GET /charts/restoring-force.{form}": "result=1",
+    "GET /charts/torsion.{form}": "layer=1",
     "GET /modes": "building=PAPER&direction=x",
     "GET /": "building=PAPER",
 }
 """Queries of routes that need one, or that name a building by it."""
 NOT_READY = {"GET /readyz": 503}
 """No poller, worker or notifier runs."""
-COMMON = {"name", "service"}
+COMMON = {"name", "service", "form"}
 """Parameters of paths that name no building's own: effects, and the FDSN services."""
 WITHOUT_BUILDINGS = {
     "GET /login",
@@ -269,16 +270,16 @@ NOTHING_THERE = {
     "GET /api/v1/diagnoses/{diagnosis_id}",
     "GET /diagnoses/{diagnosis_id}",
     "GET /charts/model-diagnosis.svg",
-    "GET /charts/baseline.svg",
-    "GET /charts/drift.svg",
-    "GET /charts/orbit.svg",
+    "GET /charts/baseline.{form}",
+    "GET /charts/drift.{form}",
+    "GET /charts/orbit.{form}",
 }
 """A diagnosis would take longer than all else here; a baseline needs more events, and the orbit both directions."""
 BODIES = {
     "POST /api/v1/alerts/{alert_id}/acknowledge": {"note": "seen"},
     "POST /api/v1/alerts/{alert_id}/inspect": {"outcome": "confirmed", "note": "seen"},
     "POST /api/v1/buildings/{code}/models": {"direction": "x"},
-    "POST /api/v1/buildings/{code}/receivers": {"name": "a", "kind": "email", "address": "a@example.org"},
+    "POST /api/v1/buildings/{code}/receivers": {"name": "b", "kind": "apprise", "address": "json://127.0.0.1/b"},
     "POST /api/v1/buildings/{code}/reference-periods": {"start": "2010-01-01T00:00:00Z", "reason": "new"},
     "POST /api/v1/buildings/{code}/silences": {"pattern": "*", "until": "2100-01-01T00:00:00Z", "reason": "works"},
     "POST /api/v1/models/{model_id}/effects": {"effect": "friction"},
