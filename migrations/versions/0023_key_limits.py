@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0022_key_limits"
-down_revision = "0021_parsed_descriptions"
+revision = "0023_key_limits"
+down_revision = "0022_shaking"
 branch_labels = None
 depends_on = None
 
