@@ -16,7 +16,15 @@ from service.access.auditing import AuditedSession
 from service.access.roles import Caller
 from service.access.tables import ApiKey, AuditEntry, LoginLink, LoginSession
 from service.alerts.tables import Alert, AlertChange, Inspection, Silence
-from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult, SensorResult
+from service.analyses.tables import (
+    Analysis,
+    CycleResult,
+    DirectionResult,
+    LayerResult,
+    ModeResult,
+    SensorResult,
+    ShakingResult,
+)
 from service.buildings.tables import Building, Revision
 from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs.tables import Job
@@ -52,6 +60,7 @@ PARENTS: Mapping[Entity, tuple[str, Entity]] = {
     Analysis: ("event_id", Event),
     DirectionResult: ("analysis_id", Analysis),
     LayerResult: ("analysis_id", Analysis),
+    ShakingResult: ("analysis_id", Analysis),
     SensorResult: ("analysis_id", Analysis),
     ModeResult: ("result_id", DirectionResult),
     CycleResult: ("result_id", DirectionResult),
