@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
+from core.rounding import significant
 from core.workbench.tables import percent
 
 COMPARISON_TITLE = "{}: the model against the records"
@@ -13,6 +14,10 @@ DIAGNOSIS_FIGURES = (
 NOT_FITTED = "fixed"
 """In place of a standard deviation."""
 
+ROBUST_AXIS = (
+    "The axis ends {fence:g} interquartile ranges beyond the quartiles, because these points would flatten all others; "
+    "bars are cut there."
+)
 FIGURES: Mapping[str, tuple[str, str]] = {
     "stiffness": (
         "Stiffness correction over amplitude",
@@ -75,6 +80,21 @@ NOT_COMPARABLE = (
     "events of a building with a transducer, or with accelerometers on both sides of the layer, are needed"
 )
 ALL_HELD_OUT = "Every event is held out; keep at least one to fit."
+
+
+def outside_axis(values: Sequence[float], total: int, name: str) -> str:
+    """Remark on points that an axis does not reach.
+
+    Args:
+        values: theirs, one at least.
+        total: points in all.
+        name: of the values, with their unit in parentheses.
+    """
+    unit = name.partition("(")[2].rstrip(")")
+    ends = [significant(end) for end in dict.fromkeys((min(values), max(values)))]
+    where = f"at {ends[0]} {unit}" if len(ends) == 1 else f"from {ends[0]} to {ends[1]} {unit}"
+    verb = "lies outside the axis, a triangle" if len(values) == 1 else "lie outside the axis, triangles"
+    return f"{len(values)} of {total} points {verb} at its edge: {where}."
 
 
 def reading(earthquake: str) -> str:

@@ -1,9 +1,11 @@
 """Corrections of a model by each block of the records, and the error that remains with each absent effect."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import altair as alt
+import numpy as np
 
+from core.arrays import Vector
 from core.comparison.block_corrections import BlockCorrection
 from core.workbench.candidates import Candidate
 from core.workbench.earthquakes import label
@@ -15,6 +17,14 @@ HEIGHT = 300
 """Pixels."""
 ROW = 22
 """Pixels of height for a candidate."""
+FENCE = 3.0
+"""Interquartile ranges beyond the quartiles at which an axis ends: the outer fences of Tukey (1977), Exploratory Data
+Analysis."""
+FLATTENED = 3.0
+"""An axis ends at its fences if all points would need an axis so many times as long. A choice."""
+FEW = 0.1
+"""Largest share of points outside an axis, but always one; more are a group that the axis shows. A choice."""
+TRIANGLES = {1: "triangle-up", -1: "triangle-down"}
 KINDS = {"best, or cannot be distinguished from it": ORANGE, "other": BLUE, "implausible": GREY}
 
 
@@ -34,8 +44,7 @@ def stiffness_over_amplitude(corrections: Sequence[BlockCorrection]) -> Figure |
         return None
     across = alt.X("x:Q", title="amplitude of the block (mm)").scale(type="log", nice=False, padding=12)
     names = ("amplitude (mm)", "correction (kN/mm)", "standard deviation (kN/mm)")
-    picture = _points(rows, names, across, "stiffness correction (kN/mm)")
-    return Figure("stiffness", *texts.FIGURES["stiffness"], (picture,), numbers(rows))
+    return _points("stiffness", rows, names, across, "stiffness correction (kN/mm)")
 
 
 def yield_over_travel(corrections: Sequence[BlockCorrection]) -> Figure | None:
@@ -54,10 +63,8 @@ def yield_over_travel(corrections: Sequence[BlockCorrection]) -> Figure | None:
     if not rows:
         return None
     across = alt.X("x:Q", title="travel since the first record (m)").scale(nice=False, padding=12)
-    picture = _points(
-        rows, ("travel (m)", "correction (kN)", "standard deviation (kN)"), across, "yield force correction (kN)"
-    )
-    return Figure("yield", *texts.FIGURES["yield"], (picture,), numbers(rows))
+    names = ("travel (m)", "correction (kN)", "standard deviation (kN)")
+    return _points("yield", rows, names, across, "yield force correction (kN)")
 
 
 def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
@@ -109,20 +116,71 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
     return Figure("candidates", title, caption.format(before=before), (alt.LayerChart(layer=layers),), numbers(rows))
 
 
-def _points(rows: Rows, names: tuple[str, str, str], across: alt.X, up: str) -> alt.LayerChart:
+def robust_range(values: Vector, std: Vector) -> tuple[float, float]:
+    """Ends of an axis that a few distant points do not stretch; zero is between them.
+
+    Args:
+        values: (n,) any unit, one at least.
+        std: (n,) standard deviations.
+    """
+    low, high = min(0.0, float((values - std).min())), max(0.0, float((values + std).max()))
+    quarter, three_quarters = np.quantile(values, [0.25, 0.75])
+    reach = FENCE * (three_quarters - quarter)
+    bottom, top = max(low, min(0.0, float(quarter - reach))), min(high, max(0.0, float(three_quarters + reach)))
+    outside = np.count_nonzero((values < bottom) | (values > top))
+    is_flattened = high - low > FLATTENED * (top - bottom)
+    return (bottom, top) if is_flattened and 0 < outside <= max(1, FEW * values.size) else (low, high)
+
+
+def _points(key: str, rows: Rows, names: tuple[str, str, str], across: alt.X, up: str) -> Figure:
+    """Corrections with their standard deviations; points outside the axis are triangles at its edge."""
     x, y, std = names
+    bottom, top = robust_range(*(np.array([row[name] for row in rows]) for name in (y, std)))
     plain: Rows = [
-        {"earthquake": row["earthquake"], "x": row[x], "y": row[y]}
-        | {"low": row[y] - row[std], "high": row[y] + row[std]}
+        {"earthquake": row["earthquake"], "x": row[x], "y": min(max(row[y], bottom), top)}
+        | {"low": max(row[y] - row[std], bottom), "high": min(row[y] + row[std], top)}
         for row in rows
     ]
-    legend = alt.Legend(symbolOpacity=1.0)
+    sides = [int(row[y] > top) - int(row[y] < bottom) for row in rows]
+    scale = alt.Scale(domain=[bottom, top], nice=False) if any(sides) else alt.Scale()
+    picture = _scatter({side: _only(side, plain, sides) for side in (0, 1, -1)}, across, up, scale)
+    title, caption = texts.FIGURES[key]
+    if any(sides):
+        remark = texts.outside_axis([row[y] for row, side in zip(rows, sides, strict=True) if side], len(rows), y)
+        picture = picture.properties(title=alt.Title(remark, fontSize=12, fontWeight="normal"))
+        caption = f"{caption} {remark} {texts.ROBUST_AXIS.format(fence=FENCE)}"
+        rows = [row | {"on the axis": "no" if side else "yes"} for row, side in zip(rows, sides, strict=True)]
+    return Figure(key, title, caption, (picture,), numbers(rows))
+
+
+def _only(side: int, rows: Rows, sides: Sequence[int]) -> Rows:
+    return [row for row, its in zip(rows, sides, strict=True) if its == side]
+
+
+def _scatter(sides: Mapping[int, Rows], across: alt.X, up: str, scale: alt.Scale) -> alt.LayerChart:
+    """Points with bars.
+
+    Args:
+        sides: points on the axis at 0; those above and below, moved to its edge, at 1 and −1.
+        across: horizontal axis.
+        up: title of the vertical axis.
+        scale: its scale.
+    """
+    legend = alt.Legend(symbolOpacity=1.0, symbolType="circle")
     colour = alt.Color("earthquake:N", title="earthquake (UTC)", legend=legend).scale(scheme="tableau10")
-    base = alt.Chart(values(plain), width=WIDTH * 0.75, height=HEIGHT)
-    zero = alt.Chart(values([{"y": 0}])).mark_rule(color=FAINT).encode(y="y:Q")
-    bars = base.mark_rule(opacity=0.4).encode(across, alt.Y("low:Q", title=up), alt.Y2("high:Q"), color=colour)
-    points = base.mark_circle(size=45, opacity=0.85).encode(across, alt.Y("y:Q", title=up), color=colour)
-    return alt.LayerChart(layer=[zero, bars, points])
+    low, vertical = (alt.Y(f"{name}:Q", title=up, scale=scale) for name in ("low", "y"))
+    base = alt.Chart(values(sides[0]), width=WIDTH * 0.75, height=HEIGHT)
+    zero = alt.Chart(values([{"y": 0}])).mark_rule(color=FAINT).encode(vertical)
+    bars = base.mark_rule(opacity=0.4).encode(across, low, alt.Y2("high:Q"), color=colour)
+    points = base.mark_circle(size=45, opacity=0.85).encode(across, vertical, color=colour)
+    edges = [
+        alt.Chart(values(sides[side]))
+        .mark_point(shape=shape, filled=True, size=110, opacity=1.0)
+        .encode(across, vertical, color=colour)
+        for side, shape in TRIANGLES.items()
+        if sides[side]
+    ]
+    return alt.LayerChart(layer=[zero, bars, points, *edges])
 
 
 def _kind(one: Candidate) -> str:
