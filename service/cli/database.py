@@ -56,7 +56,11 @@ def _audited(context: typer.Context, sessions: "sessionmaker[Session]") -> "sess
         if is_noted:
             return None
         is_noted = True
-        details = {name: str(value) for name, value in context.params.items() if value is not None}
+        given = {name: value for name, value in context.params.items() if value not in (None, (), [])}
+        details = {
+            name: ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+            for name, value in given.items()
+        }
         return AuditContext(getpass.getuser(), socket.gethostname(), context.command_path, "", details)
 
     return audited(sessions, audit_context)

@@ -94,9 +94,11 @@ def test_commands_that_change_something_are_kept(
     assert run("key", "list").exit_code == 0
     assert run("building", "add", str(file)).exit_code == 0
     assert run("building", "add", str(file)).exit_code == 1
+    assert run("key", "create", "Kim", "--role", "viewer", "--building", "PAPER").exit_code == 0
     found = entries(sessions)
-    assert [entry[2].partition(" ")[2] for entry in found] == ["key create", "building add"]
+    assert [entry[2].partition(" ")[2] for entry in found] == ["key create", "building add", "key create"]
     assert found[0][4] == {"name": "Jo", "role": "viewer"}
+    assert found[2][4] == {"name": "Kim", "role": "viewer", "building": "PAPER"}
     assert all(entry[0] and entry[1] for entry in found)
 
 
