@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
@@ -54,6 +54,7 @@ def models(draw: st.DrawFn) -> ModelFile:
     )
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a busy machine draws examples slowly
 @given(model=models())
 def test_what_is_written_is_read_as_the_same(model: ModelFile) -> None:
     assert read(written(model)) == model
