@@ -54,7 +54,7 @@ class FloorMotion:
     """Motion of the base slab and of the floors in one direction."""
 
     accelerations: tuple[FloorAcceleration, ...]
-    """Of the levels above the isolators that are measured or estimated, from the base slab up."""
+    """Levels above the isolators, measured or estimated, from the base slab up."""
     storeys: tuple[StoreyDisplacement, ...]
     """From the lowest storey up; empty where nothing describes the superstructure."""
 

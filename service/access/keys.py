@@ -65,7 +65,7 @@ def every(session: Session) -> Sequence[ApiKey]:
 
 
 def end_in_words(key: ApiKey, now: datetime) -> str:
-    """When a key ends or ended; a key that ends soon is marked."""
+    """The end of a key, past or future; one that is near is marked."""
     if key.revoked_at is not None:
         return f"revoked {time_in_words(key.revoked_at)}"
     if key.expires_at is None:

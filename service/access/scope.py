@@ -33,7 +33,9 @@ from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.records.tables import Content, Event, EventRecording, FetchedFile, Recording, SourceState, Waveform
 
 Entity = type[DeclarativeBase]
-Condition = Callable[[Caller, Any], ColumnElement[bool]]
+Columns = Any
+"""A mapped class or the columns of its table: both have the columns as attributes, which no type describes."""
+Condition = Callable[[Caller, Columns], ColumnElement[bool]]
 """The rows that a caller may see, by the columns of their table."""
 
 LIMIT = "limit"
@@ -113,9 +115,11 @@ def _sources(source: FromClause) -> list[Table | Alias]:
     """Tables of a FROM clause that stand there by another name or without their mapped class."""
     if isinstance(source, Join):
         return _sources(source.left) + _sources(source.right)
-    is_plain = isinstance(source, Table) and "parententity" not in source._annotations and source in CONDITIONS
-    is_renamed = isinstance(source, Alias) and source.element in CONDITIONS
-    return [source] if is_plain or is_renamed else []  # type: ignore[list-item]
+    if isinstance(source, Table) and "parententity" not in source._annotations and source in CONDITIONS:
+        return [source]
+    if isinstance(source, Alias) and source.element in CONDITIONS:
+        return [source]
+    return []
 
 
 def _of_source(caller: Caller, source: Table | Alias) -> ColumnElement[bool]:
@@ -137,36 +141,36 @@ def _rows(entity: Entity, caller: Caller) -> Select[Any]:
 
 
 def _child(column: str, parent: Entity) -> Condition:
-    def condition(caller: Caller, columns: Any) -> ColumnElement[bool]:  # noqa: ANN401  a class or its table's columns
+    def condition(caller: Caller, columns: Columns) -> ColumnElement[bool]:
         own: Column[int] = getattr(columns, column)
         return own.in_(_rows(parent, caller))
 
     return condition
 
 
-def _building(caller: Caller, columns: Any) -> ColumnElement[bool]:  # noqa: ANN401
+def _building(caller: Caller, columns: Columns) -> ColumnElement[bool]:
     named: ColumnElement[bool] = columns.code.in_(sorted(caller.buildings or ()))
     return named
 
 
-def _job(caller: Caller, columns: Any) -> ColumnElement[bool]:  # noqa: ANN401
+def _job(caller: Caller, columns: Columns) -> ColumnElement[bool]:
     subjects = {"event_id": Event, "model_id": ModelVersion, "building_id": Building}
     return or_(*(_child(column, parent)(caller, columns) for column, parent in subjects.items()))
 
 
-def _content(caller: Caller, columns: Any) -> ColumnElement[bool]:  # noqa: ANN401
+def _content(caller: Caller, columns: Columns) -> ColumnElement[bool]:
     table = Recording.__table__
     received = select(table.c.sha256).where(CONDITIONS[table](caller, table.c), table.c.sha256.is_not(None))
     content: ColumnElement[bool] = columns.sha256.in_(received)
     return content
 
 
-def _own_changes(caller: Caller, columns: Any) -> ColumnElement[bool]:  # noqa: ANN401
+def _own_changes(caller: Caller, columns: Columns) -> ColumnElement[bool]:
     own: ColumnElement[bool] = columns.by == caller.name
     return own
 
 
-def _none(_: Caller, __: Any) -> ColumnElement[bool]:  # noqa: ANN401
+def _none(_: Caller, __: Columns) -> ColumnElement[bool]:
     return false()
 
 

@@ -81,7 +81,7 @@ def _sets(spec: Spec) -> Iterator[tuple[str, Sequence[tuple[str, str, str]], Seq
                 yield title(panel) if panel is not spec else "", columns, rows
 
 
-def _rows(data: Any, spec: Spec) -> Sequence[Mapping[str, Any]]:  # noqa: ANN401  JSON
+def _rows(data: Mapping[str, Any] | None, spec: Spec) -> Sequence[Mapping[str, Any]]:
     if not data:
         return []
     found: Sequence[Mapping[str, Any]] = data["values"] if "values" in data else spec["datasets"][data["name"]]

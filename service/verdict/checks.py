@@ -33,6 +33,8 @@ class Level(StrEnum):
 
 
 LEVELS = tuple(Level)
+COVERAGE = 2.0
+"""Standard deviations of the 95 % uncertainty."""
 
 
 class Outcome(StrEnum):

@@ -8,8 +8,7 @@ from core.description import BuildingDescription
 from service.buildings.description import GivenLimits
 from service.verdict import shaking
 from service.verdict.assessment import Assessment, Facts, assess
-from service.verdict.checks import Lacking, Measured
-from service.verdict.shaking import COVERAGE
+from service.verdict.checks import COVERAGE, Lacking, Measured
 
 if TYPE_CHECKING:
     from core.analysis import EventAnalysis

@@ -19,7 +19,7 @@ from service.records import queries as record_queries
 from service.records.tables import Event
 from service.verdict import overview, shaking
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
-from service.verdict.checks import LEVELS, Lacking, Level, Measured
+from service.verdict.checks import COVERAGE, LEVELS, Lacking, Level, Measured
 from service.verdict.limits import TOLERANCE
 from service.verdict.measured import (
     NO_DISPLACEMENT,
@@ -29,7 +29,7 @@ from service.verdict.measured import (
     measured_residual,
 )
 from service.verdict.overview import StoredFacts
-from service.verdict.shaking import COVERAGE, ShakingFacts
+from service.verdict.shaking import ShakingFacts
 from service.verdict.texts import NONE_YET
 
 SILENT = ("source", "record")

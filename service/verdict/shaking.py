@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 from core.description import BuildingDescription
 from core.shaking.intensity import long_period_class
 from service.analyses.tables import ShakingResult
-from service.verdict.checks import Check, Lacking, Limits, Measured, checked
+from service.verdict.checks import COVERAGE, Check, Lacking, Limits, Measured, checked
 from service.verdict.limits import DRIFT, FLOOR_ACCELERATION, INTENSITY, LONG_PERIOD, level_limit
 
 if TYPE_CHECKING:
     from core.analysis import EventAnalysis
 
-COVERAGE = 2.0
-"""Standard deviations of the 95 % uncertainty."""
 COMPONENTS = 3
 """Components of a complete record of the ground."""
 CALIBRATION = 0.05

@@ -1,5 +1,6 @@
 """Measures of shaking against published programs, and the floors' motion against a simulated building."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from building_models import GROUND, paper, records, segments
 from ground_motions import RATE, akt013, chi_chi, kobe
 
 from core.analysis import analyse
+from core.arrays import Vector
 from core.description import IsolationLayer
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
@@ -21,7 +23,7 @@ from core.shaking.oscillators import oscillator_motion, response_spectrum
     ("motions", "published"),
     [((kobe,), 3.79415), ((kobe, chi_chi), 4.04365), ((kobe, chi_chi, akt013), 4.05157), ((akt013,), 3.70981)],
 )
-def test_intensity_is_that_of_pyshindo(motions: tuple, published: float) -> None:  # type: ignore[type-arg]
+def test_intensity_is_that_of_pyshindo(motions: tuple[Callable[[], Vector], ...], published: float) -> None:
     """`calculate_measured_intensity(..., unit="m/s^2").intensity_raw` of pyshindo 0.3.2."""
     assert instrumental_intensity(np.array([one() for one in motions]), RATE) == pytest.approx(published, abs=1e-5)
 
