@@ -1,5 +1,6 @@
 """Addresses of servers: validation, and a form without secrets for display."""
 
+import ipaddress
 import re
 from urllib.parse import urlsplit
 
@@ -34,6 +35,16 @@ def web_address_problem(address: str) -> str | None:
     if not address.isprintable() or " " in address:
         return f"this is not a web address: it contains a space or a control character; {ALLOWED}"
     return None
+
+
+def is_loopback(host: str | None) -> bool:
+    """True if a host, from an address or a Host header without its port, is this machine itself."""
+    if host == "localhost":
+        return True
+    try:
+        return host is not None and ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def _is_host(host: str) -> bool:

@@ -10,21 +10,25 @@ from typing import Any
 from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 from service.access import api as access_api, auth, pages as access_pages
+from service.access.api import keys as key_api, links as link_api
 from service.access.callers import Callers
 from service.access.logins import Attempts
+from service.access.pages import keys as key_pages, links as link_pages, sign_in
 from service.access.roles import Caller
 from service.alerts import api as alert_api, pages as alert_pages
 from service.analyses import pages as analysis_pages
-from service.analyses.api import events, pictures, series as analysis_series
+from service.analyses.api import event_pictures, events, pictures, series as analysis_series
+from service.building_reports import api as report_api
 from service.buildings import api as building_api, pages as building_pages
 from service.db.encryption import SecretKeyError
 from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
 from service.health import api as health_api, metrics
 from service.health.metrics import Measured
-from service.http import error_pages, libraries, problems
+from service.http import api_page, error_pages, libraries, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
 from service.http.request_capture import RequestCapture
@@ -50,12 +54,17 @@ TAGS = [
     {"name": "buildings", "description": "Buildings, and what is followed over the years."},
     {"name": "events", "description": "One earthquake at one building."},
     {"name": "series", "description": "Long series of an event."},
+    {"name": "reports", "description": "Reports for paper."},
     {"name": "drift", "description": "What changed over the years, against what was expected."},
     {"name": "models", "description": "Models of the isolation layer, compared with measurements."},
     {"name": "alerts", "description": "What people should know, and what was done about it."},
     {"name": "messages", "description": "Recipients of a building's messages, the messages, and their deliveries."},
     {"name": "operations", "description": "Sources, jobs and the service's health."},
 ]
+COMPRESSED = 1024
+"""Bytes from which on an answer is compressed for clients that accept it."""
+DENSE = (*DEFAULT_EXCLUDED_CONTENT_TYPES, fdsn.MINISEED)
+"""Media types that are compressed already, or streams."""
 SECURITY = {
     "bearer": {"type": "http", "scheme": "bearer", "description": "An API key."},
     "key": {"type": "apiKey", "in": "header", "name": "X-API-Key", "description": "An API key."},
@@ -87,12 +96,14 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.answers = Answers()
     app.state.visitor = visitor
     idle, lifetime = (timedelta(seconds=one) for one in (settings.login.idle_timeout, settings.login.lifetime))
-    app.state.callers = Callers(app.state.sessions, idle, lifetime)
+    app.state.callers = Callers(app.state.sessions, idle, lifetime, oidc=settings.oidc)
+    app.state.provider = sign_in.provider_of(settings)
     app.state.attempts = Attempts()
     app.state.questions = Counter()
     app.state.ending = Signal()
     app.state.unready_since = {}  # check name to time
     app.state.metrics = metrics.registry(app.state.reading)
+    app.add_middleware(GZipMiddleware, minimum_size=COMPRESSED, compresslevel=5, exclude_content_types=DENSE)
     app.add_middleware(RequestCapture)
     app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.service_problem)
     app.add_middleware(Measured, registry=app.state.metrics)
@@ -102,10 +113,11 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     error_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     model_rooms = (effects, models, comparisons)
-    message_rooms = (alert_api, access_api, recipients, messages)
+    message_rooms = (alert_api, access_api, key_api, link_api, recipients, messages)
     for module in (
         building_api,
         events,
+        report_api,
         analysis_series,
         drift_api,
         *model_rooms,
@@ -118,6 +130,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.include_router(recordings.pages)
     app.include_router(fdsn.router, dependencies=[Depends(auth.viewer)])
     pages = (
+        api_page,
         building_pages,
         analysis_pages,
         drift_pages,
@@ -125,8 +138,12 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
         notify_pages,
         model_pages,
         pictures,
+        event_pictures,
         model_pictures,
         access_pages,
+        sign_in,
+        link_pages,
+        key_pages,
     )
     for module in (*pages, health_api):  # each checks access by itself
         app.include_router(module.router)
@@ -141,6 +158,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
 async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Close the database connections when the application ends."""
     yield
+    await app.state.callers.settle()
     app.state.sessions.kw["bind"].dispose()
 
 

@@ -156,13 +156,16 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
 def work_until_idle(opened: sessionmaker[Session], settings: Settings) -> int:
     """Do jobs until none waits; the number of jobs done."""
     from service.jobs.executors import end, executors
+    from service.jobs.kept import kept_by_user
     from service.jobs.worker import Worker
     from service.kinds import KINDS
 
     started = executors(settings)
     with process_folder() as notes:
         try:
-            return Worker(opened, started, settings, KINDS, notes=notes).run_until_idle()
+            return Worker(
+                opened, started, settings, KINDS, notes=notes, kept=kept_by_user(settings.jobs.kept_room)
+            ).run_until_idle()
         finally:
             end(started, settings)
 
@@ -188,13 +191,15 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
     from service.jobs.executors import end, executors
+    from service.jobs.kept import kept_by_user
     from service.jobs.worker import Worker
     from service.kinds import KINDS
 
     started = executors(settings)
     with process_folder() as notes:
         try:
-            Worker(opened, started, settings, KINDS, notes=notes).run(stop)
+            kept = kept_by_user(settings.jobs.kept_room)
+            Worker(opened, started, settings, KINDS, notes=notes, kept=kept).run(stop)
         finally:
             end(started, settings)
 

@@ -10,6 +10,7 @@ from shutil import disk_usage
 os.environ.setdefault(
     "OMP_NUM_THREADS", "1"
 )  # before the first import of NumPy: processes share the cores, not threads
+os.environ.setdefault("MENSHIN_JOBS__KEPT_ROOM", "0")  # what one run kept would hide what the next one computes
 
 import pytest
 from cached_executor import CachedExecutor

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 from scipy import optimize
@@ -49,13 +50,15 @@ def tracks(events: Sequence[Sequence[Mode]]) -> tuple[Track, ...]:
         All tracks, lowest median frequency first.
     """
     members: list[list[tuple[int, Mode]]] = []
+    expected: list[_Expected] = []
     for event, modes in enumerate(events):
-        expected = [[mode for _, mode in track[-REFERENCE_EVENTS:]] for track in members]
         for mode, place in zip(modes, _assigned(modes, expected), strict=True):
             if place is None:
                 members.append([(event, mode)])
+                expected.append(_expected([mode]))
             else:
                 members[place].append((event, mode))
+                expected[place] = _expected([mode for _, mode in members[place][-REFERENCE_EVENTS:]])
     every = [_track(track, len(events)) for track in members]
     return tuple(sorted(every, key=lambda track: float(np.median([mode.frequency for mode in track.modes]))))
 
@@ -67,13 +70,41 @@ def _track(members: Sequence[tuple[int, Mode]], events: int) -> Track:
     return Track(indices, modes, is_established)
 
 
-def _assigned(modes: Sequence[Mode], expected: Sequence[Sequence[Mode]]) -> list[int | None]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Expected:
+    """The latest modes of a track, at most REFERENCE_EVENTS."""
+
+    frequency: float
+    """Hz, the median."""
+    variance: float
+    """Hz², the median of the estimates plus the scatter between events."""
+    shapes: Matrix
+    """(REFERENCE_EVENTS, floors) of length 1; NaN where there are fewer."""
+    count: int
+
+
+def _expected(latest: Sequence[Mode]) -> _Expected:
+    frequency = median(mode.frequency for mode in latest)
+    shapes = np.full((REFERENCE_EVENTS, latest[0].shape.size), np.nan)
+    shapes[: len(latest)] = [_unit(mode.shape) for mode in latest]
+    variance = median(map(_variance, latest)) + (FREQUENCY_SCATTER * frequency) ** 2
+    return _Expected(frequency, variance, shapes, len(latest))
+
+
+def _unit(shape: Vector) -> Vector:
+    return shape / np.sqrt(shape @ shape)
+
+
+def _variance(mode: Mode) -> float:
+    """Hz², 0 if the standard deviation is unknown."""
+    return 0.0 if mode.frequency_std is None else mode.frequency_std**2
+
+
+def _assigned(modes: Sequence[Mode], expected: Sequence[_Expected]) -> list[int | None]:
     """Index of each mode's track; None for a mode that matches no track."""
-    if not modes:
-        return []
-    squares = np.array([[_squared_distance(mode, track) for track in expected] for mode in modes]).reshape(
-        len(modes), -1
-    )
+    if not modes or not expected:
+        return [None] * len(modes)
+    squares = _squared_distances(modes, expected)
     # A mode may also start a new track, at the cost of the largest distance that still matches.
     alone = np.where(np.eye(len(modes), dtype=bool), GATE**2, np.inf)
     rows, columns = optimize.linear_sum_assignment(np.hstack([np.where(squares < GATE**2, squares, np.inf), alone]))
@@ -83,21 +114,17 @@ def _assigned(modes: Sequence[Mode], expected: Sequence[Sequence[Mode]]) -> list
     return places
 
 
-def _squared_distance(mode: Mode, latest: Sequence[Mode]) -> float:
-    """Squared distance of a mode from the latest modes of a track, in standard deviations."""
-    frequency = float(np.median([other.frequency for other in latest]))
-    variances = [_variance(other) for other in (mode, *latest)]
-    variance = variances[0] + float(np.median(variances[1:])) + (FREQUENCY_SCATTER * frequency) ** 2
-    shape_difference = 1 - _median_assurance(mode.shape, np.array([other.shape for other in latest]))
-    return (mode.frequency - frequency) ** 2 / variance + (shape_difference / SHAPE_SCATTER) ** 2
-
-
-def _variance(mode: Mode) -> float:
-    """Hz², 0 if the standard deviation is unknown."""
-    return 0.0 if mode.frequency_std is None else mode.frequency_std**2
-
-
-def _median_assurance(shape: Vector, others: Matrix) -> float:
-    """Median modal assurance criterion between a shape and (modes, floors) others."""
-    lengths = np.sum(shape**2) * np.sum(others**2, axis=1)
-    return float(np.median((others @ shape) ** 2 / lengths))
+def _squared_distances(modes: Sequence[Mode], expected: Sequence[_Expected]) -> Matrix:
+    """(modes, tracks) squared distances in standard deviations, of frequency and of 1 - the median MAC."""
+    frequencies = np.array([track.frequency for track in expected])
+    variances = np.array([track.variance for track in expected])
+    own = np.array([mode.frequency for mode in modes])[:, None]
+    own_variance = np.array([_variance(mode) for mode in modes])[:, None]
+    shapes = np.array([_unit(mode.shape) for mode in modes])
+    assurance = np.sort(np.einsum("tkf,mf->mtk", np.array([track.shapes for track in expected]), shapes) ** 2)
+    counts = np.array([track.count for track in expected])  # NaN stand last
+    middle = [
+        np.take_along_axis(assurance, place[None, :, None], 2)[..., 0] for place in ((counts - 1) // 2, counts // 2)
+    ]
+    shape_difference = 1 - 0.5 * (middle[0] + middle[1])
+    return np.asarray((own - frequencies) ** 2 / (own_variance + variances) + (shape_difference / SHAPE_SCATTER) ** 2)

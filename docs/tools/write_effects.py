@@ -6,12 +6,10 @@ from pathlib import Path
 import altair as alt
 import numpy as np
 
-from core.arrays import Vector
-from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
+from core.effect import CHANNELS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from core.model.force_response import force_history
-from core.model.isolator import Conditions, Isolator
 from core.workbench.texts import PLACE
+from service.models.effect_loops import ALONE, AMPLITUDE, WITH, WITHOUT, loops, usual_values
 from service.models.effects import families, law
 
 PAGE = Path(__file__).parents[1] / "models" / "effects.md"
@@ -40,12 +38,6 @@ the temperature is 0 °C.
 
 ![A loop for each effect](effects.svg)
 """
-LAYER = {
-    "elastic": {"k_b": 2e7},
-    "bouc_wen": {"F_y": 4e6, "D_y": 8e-3, "A": 1.0, "beta": 0.5, "gamma": 0.5, "n": 1.0},
-}
-"""A layer that mostly yields, so that effects on the yield force show."""
-RATE, SECONDS, AMPLITUDE, TURN = 200.0, 7.0, 0.15, 2 * np.pi * 0.5
 COLUMNS, SIDE = 5, 130
 Row = dict[str, float | str]
 
@@ -87,30 +79,21 @@ def _parameter(parameter: Parameter, effect: Effect) -> str:
     )
 
 
-def loops() -> Iterator[Row]:
+def rows() -> Iterator[Row]:
     """Points of every panel, in the order in which they are drawn."""
-    t = np.arange(0.0, SECONDS, 1 / RATE)
-    u, u_cross = _swelling(t, AMPLITUDE, 0.0), _swelling(t, 0.6 * AMPLITUDE, 1.0)
-    v, v_cross = np.gradient(u, 1 / RATE), np.gradient(u_cross, 1 / RATE)
-    conditions = Conditions(u_cross, v_cross, 1 + 0.2 * np.sin(4 * TURN * t), np.zeros(t.size), t)
     for name in (name for names in families(EFFECTS).values() for name in names):
-        usual = {name: {parameter.name: parameter.prior.median for parameter in EFFECTS[name].parameters}}
-        adds = EFFECTS[name].acts_on in RESULTS
-        for way, effects in ({"with": usual} if adds else {"without": LAYER, "with": LAYER | usual}).items():
-            force = force_history(Isolator(effects), u, v, RATE, conditions)
-            for i in range(0, t.size, 4):
+        found = loops(name, usual_values(name), AMPLITUDE)
+        shown = {WITH: found[ALONE]} if ALONE in found else {way: found[way] for way in (WITHOUT, WITH)}
+        for way, (u, force) in shown.items():
+            for i in range(0, u.size, 4):
                 yield {"effect": name, "way": way, "i": i, "mm": round(1e3 * u[i], 1), "MN": round(force[i] / 1e6, 3)}
-
-
-def _swelling(t: Vector, amplitude: float, phase: float) -> Vector:
-    return np.asarray(amplitude * np.sin(np.pi * t / SECONDS) ** 2 * np.sin(TURN * t + phase))
 
 
 def picture() -> alt.FacetChart:
     """Small multiples, one for each effect."""
-    rows = list(loops())
+    points = list(rows())
     lines = (
-        alt.Chart(alt.Data(values=rows))
+        alt.Chart(alt.Data(values=points))
         .mark_line(strokeWidth=1)
         .encode(
             alt.X("mm:Q", title="displacement, mm", axis=alt.Axis(values=[-100, 0, 100], grid=False)),
@@ -126,7 +109,7 @@ def picture() -> alt.FacetChart:
         .properties(width=SIDE, height=SIDE)
     )
     header = alt.Header(title=None, labelFontSize=11, labelFontWeight="bold")
-    facet = alt.Facet("effect:N", sort=list(dict.fromkeys(str(row["effect"]) for row in rows)), header=header)
+    facet = alt.Facet("effect:N", sort=list(dict.fromkeys(str(row["effect"]) for row in points)), header=header)
     return (
         lines.facet(facet, columns=COLUMNS)
         .resolve_scale(y="independent")

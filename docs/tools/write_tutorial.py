@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from playwright.sync_api import FloatRect, Page, sync_playwright
@@ -137,15 +137,20 @@ def _failing(page: Page, number: int, pictures: Path) -> Seen:
 
 
 def _diagnosed(page: Page, pictures: Path) -> Seen:
-    """The diagnosis, by all events but the latest."""
-    page.get_by_text("Events to hold out").click()
-    page.get_by_role("checkbox").first.check()
-    page.get_by_role("button", name="Diagnose").click()
-    page.get_by_role("link", name="What it lacks").first.click()
+    """The diagnosis, from the page of the latest event."""
+    latest = _asked(page, "/buildings/DEMO/events")["items"][0]["id"]
+    page.goto(urljoin(page.url, f"/events/{latest}"))
+    page.get_by_text("Choose others").click()
+    _picture(page, pictures / "choice.png", "h3:text('Models of the isolation layer')", "button:text('Find what')")
+    page.get_by_role("button", name="Find what").click()
+    page.wait_for_url("**/diagnoses/*")
     found = _asked(page, f"/diagnoses/{_number(page)}")
-    _picture(page, pictures / "lacks.png", "h2", "tbody tr:nth-child(6)")
     for name, title in FIGURES.items():
-        page.locator("figure", has_text=title).first.screenshot(path=pictures / f"{name}.png")
+        figure = page.locator("figure", has_text=title).first
+        figure.scroll_into_view_if_needed()
+        figure.get_by_role("button", name="Reset zoom").wait_for()
+        figure.screenshot(path=pictures / f"{name}.png")
+    _picture(page, pictures / "lacks.png", "h2", "figure")
     return {
         "outcome": found["outcome"],
         "set": found["set"],
@@ -165,7 +170,7 @@ def _improved(page: Page, effect: str, shown: Demonstration) -> Seen:
     """The effect added, the model that has it made current, and what the demonstration says to that."""
     row = page.get_by_role("row").filter(has=page.get_by_role("link", name=effect, exact=True))
     row.get_by_role("button", name="Add").click()
-    page.get_by_role("link", name="the next version").first.click()
+    page.wait_for_url("**/models/*")
     page.get_by_role("button", name="Make current").click()
     told = shown.until(lambda said: re.search(r"(an earthquake of .*?)\n.*(no model was .*?);", said, re.DOTALL))
     return {"told": [" ".join(line.split()) for line in told.groups()]}
@@ -187,9 +192,7 @@ def _number(page: Page) -> int:
 
 def _asked(page: Page, address: str) -> Seen:
     """Response of the API."""
-    answer: Seen = page.request.get(
-        f"{page.url.partition('/models')[0].partition('/diagnoses')[0]}/api/v1{address}"
-    ).json()
+    answer: Seen = page.request.get(urljoin(page.url, f"/api/v1{address}")).json()
     return answer
 
 
@@ -221,7 +224,8 @@ def _picture(page: Page, path: Path, first: str, last: str) -> None:
     if top is None or bottom is None:
         raise RuntimeError(f"{page.url} shows no {first}, or no {last}")
     height = bottom["y"] + bottom["height"] - top["y"] + 2 * MARGIN
-    clip = FloatRect(x=0.0, y=top["y"] - MARGIN, width=WIDTH, height=height)
+    scrolled: float = page.evaluate("scrollY")  # boxes count from the top of the window
+    clip = FloatRect(x=0.0, y=max(0.0, top["y"] + scrolled - MARGIN), width=WIDTH, height=height)
     page.screenshot(path=path, full_page=True, clip=clip)
 
 

@@ -4,7 +4,6 @@ A request carries an API key in a header, or the cookie of a browser that has lo
 proxy on this machine forwards requests of strangers and can set any header.
 """
 
-import ipaddress
 from collections.abc import Callable, Coroutine
 from typing import Any
 from urllib.parse import urlsplit
@@ -13,12 +12,16 @@ from fastapi import Request
 
 from service.access.callers import Callers, Snapshot
 from service.access.roles import Caller as Caller, Role as Role, digest
+from service.addresses import is_loopback
 from service.errors import ForbiddenError, UnauthorizedError
 
 COOKIE, SAFE_COOKIE = "menshin", "__Host-menshin"
-"""Names of the cookie for plain http on loopback, and for https: browsers accept the latter from this host over
-https only."""
+LINK, SAFE_LINK = "menshin-link", "__Host-menshin-link"
+"""Names of the cookies of a session and of a link, for plain http on loopback and for https: browsers accept those for
+https from this host over https only."""
 FORWARDED = ("forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-real-ip")
+REFRESH = "menshin-refresh"
+"""Header of a page that looks for news by itself, which does not keep a browser's session from ending unused."""
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 NO_KEY = (
     "'Authorization: Bearer KEY' or 'X-API-Key: KEY' is needed; 'menshin key create NAME --role viewer' makes a key, "
@@ -45,19 +48,18 @@ def is_secure(request: Request) -> bool:
 
 def login(request: Request) -> str | None:
     """Digest of the session in the browser's cookie, None without a cookie; over https only the safe cookie counts."""
-    names = (SAFE_COOKIE,) if is_secure(request) else (SAFE_COOKIE, COOKIE)
+    return _cookie(request, SAFE_COOKIE, COOKIE)
+
+
+def link(request: Request) -> str | None:
+    """Digest of the link to a building in the browser's cookie, None without a cookie."""
+    return _cookie(request, SAFE_LINK, LINK)
+
+
+def _cookie(request: Request, safe: str, plain: str) -> str | None:
+    names = (safe,) if is_secure(request) else (safe, plain)
     cookie = next((request.cookies[name] for name in names if name in request.cookies), None)
     return None if cookie is None else digest(cookie)
-
-
-def is_loopback(host: str | None) -> bool:
-    """True if a host, from an address or a Host header without its port, is this machine itself."""
-    if host == "localhost":
-        return True
-    try:
-        return host is not None and ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def seems_local(request: Request) -> bool:
@@ -82,9 +84,14 @@ NOBODY = Caller("nobody", Role.viewer, frozenset())
 
 
 def caller(request: Request) -> Caller:
-    """The caller of an admitted request."""
-    identified: Caller = getattr(request.state, "caller", NOBODY)
-    return identified
+    """The caller of an admitted request, limited to the buildings on which it has the role that the request needs."""
+    acting: Caller = getattr(request.state, "acting", getattr(request.state, "caller", NOBODY))
+    return acting
+
+
+def is_narrowed(request: Request) -> bool:
+    """True if the caller has the role that the request needs on some of its buildings alone."""
+    return caller(request) != getattr(request.state, "caller", NOBODY)
 
 
 async def identify(request: Request) -> Caller:
@@ -102,16 +109,19 @@ async def identify(request: Request) -> Caller:
         raise ForbiddenError("The request was made by a page of another site.")
     callers: Callers = request.app.state.callers
     identified = request.state.caller = _caller(request, await callers.known())
-    for secret in (*map(digest, presented(request)), login(request)):
-        if secret is not None:
-            callers.note_use(secret)
+    used = {digest(key) for key in presented(request)}
+    if REFRESH not in request.headers:
+        used |= {cookie for cookie in (login(request), link(request)) if cookie is not None}
+    for secret in used:
+        callers.note_use(secret)
     return identified
 
 
 async def is_valid(request: Request) -> bool:
     """True if an admitted caller may still read; for long responses, such as streams."""
+    begun: Caller = request.state.caller
     try:
-        return _caller(request, await request.app.state.callers.known()) == caller(request)
+        return begun == _caller(request, await request.app.state.callers.known())
     except UnauthorizedError:
         return False
 
@@ -124,6 +134,8 @@ def _caller(request: Request, known: Snapshot) -> Caller:
         return min((known.keys[one] for one in given), key=lambda one: one.role)
     if (session := login(request)) is not None and session in known.logins:
         return known.logins[session]
+    if (opened := link(request)) is not None and opened in known.links:
+        return known.links[opened]
     visitor: Caller | None = request.app.state.visitor
     if visitor is not None and not known.has_had_keys and seems_local(request):
         return visitor
@@ -131,17 +143,28 @@ def _caller(request: Request, known: Snapshot) -> Caller:
 
 
 def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:
-    """A dependency that admits callers with this role or a higher one."""
+    """A dependency that admits callers with this role or a higher one on some building, and limits them to these."""
 
     async def require(request: Request) -> Caller:
-        caller = await identify(request)
-        if caller.role < role:
+        await identify(request)
+        known = caller(request)
+        acting = known.at_least(role)
+        if acting is None:
             raise ForbiddenError(
-                f"The key {caller.name!r} is a {caller.role.name}'s; this request needs a key of role {role.name}."
+                f"The key {known.name!r} is a {known.role.name}'s; this request needs a key of role {role.name}."
             )
-        return caller
+        request.state.acting = acting
+        return acting
 
     return require
 
 
 viewer, engineer, admin = (at_least(role) for role in Role)
+
+
+async def administrator(request: Request) -> Caller:
+    """A dependency that admits admins of all buildings: who makes keys could give themselves any building."""
+    acting = await admin(request)
+    if acting.buildings is not None:
+        raise ForbiddenError(f"{acting.name!r} is an admin of some buildings; keys need an admin of all of them.")
+    return acting

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
@@ -11,10 +11,11 @@ from anyio import CapacityLimiter, to_thread
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.access import keys as access_keys, logins
-from service.access.roles import Caller, Role
-from service.access.tables import ApiKey
+from service.access import keys as access_keys, links, logins
+from service.access.roles import Caller, Grant, Role, granted
+from service.access.tables import ApiKey, BuildingLink, LoginSession
 from service.db.sessions import reading
+from service.settings.groups import Oidc
 
 log = logging.getLogger(__name__)
 
@@ -22,17 +23,21 @@ FRESH = 1.0
 """s for which a process caches the callers, so that a revoked key works that much longer at most."""
 TOUCHED = timedelta(minutes=1)
 """Resolution of the time of the last use of a key or a session."""
+SETTLED = 5.0
+"""s to wait for the database when the application ends."""
+NO_PROVIDER = Oidc()
 LINKED = Caller(logins.LINKED, Role.admin)
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """All callers by the digest of their key or cookie."""
+    """All callers by the digest of their key, their session's cookie or their link's token."""
 
     keys: Mapping[str, Caller] = field(default_factory=dict)
     logins: Mapping[str, Caller] = field(default_factory=dict)
+    links: Mapping[str, Caller] = field(default_factory=dict)
     used: Mapping[str, datetime | None] = field(default_factory=dict)
-    """Last use of each key and login in the database; None before the first."""
+    """Last use of each key, login and link in the database; None before the first."""
     has_had_keys: bool = True
 
 
@@ -46,10 +51,11 @@ class Callers:
         lifetime: timedelta,
         clock: Callable[[], float] = time.monotonic,
         now: Callable[[], datetime] = lambda: datetime.now(UTC),
+        oidc: Oidc = NO_PROVIDER,
     ) -> None:
         self._sessions, self._reading = sessions, reading(sessions)
         self._idle, self._lifetime = idle, lifetime
-        self._clock, self._now = clock, now
+        self._oidc, self._clock, self._now = oidc, clock, now
         self._known, self._read_at = Snapshot(), -float("inf")
         self._pending: asyncio.Task[Snapshot] | None = None
         self._touches: dict[str, asyncio.Task[None]] = {}
@@ -81,6 +87,12 @@ class Callers:
         """Uses that are being stored."""
         return tuple(self._touches.values())
 
+    async def settle(self) -> None:
+        """Wait until what is being read and stored is done, so that no connection is left open."""
+        waiting = [*self.touches(), *([] if self._pending is None else [self._pending])]
+        if waiting:
+            await asyncio.wait(waiting, timeout=SETTLED)
+
     async def _read(self) -> Snapshot:
         mine = asyncio.current_task()
         snapshot = await to_thread.run_sync(self._snapshot, limiter=self._threads)
@@ -93,15 +105,28 @@ class Callers:
         with self._reading() as session:
             valid = access_keys.valid_keys(session, now)
             active = access_keys.valid_logins(session, now, now - self._idle, now - self._lifetime)
+            linked = links.valid(session, now)
             return Snapshot(
                 keys={key.hash: _key_caller(key) for key in valid},
-                logins={one.hash: LINKED if one.key is None else _key_caller(one.key) for one in active},
-                used={key.hash: key.used_at for key in valid} | {login.hash: login.used_at for login in active},
+                logins={one.hash: caller for one in active if (caller := self._login_caller(one)) is not None},
+                links={link.hash: links.caller(link) for link in linked},
+                used=_used(valid) | _used(active) | _used(linked),
                 has_had_keys=access_keys.has_had_keys(session),
             )
 
+    def _login_caller(self, login: LoginSession) -> Caller | None:
+        """The caller of a browser session; None for a person to whom the settings give no role any more."""
+        if login.key is not None:
+            return _key_caller(login.key)
+        if login.issuer is None:
+            return LINKED
+        if login.issuer != self._oidc.issuer or login.person is None:
+            return None
+        return person_caller(self._oidc, login.person, login.groups or ())
+
     async def _touch(self, secret: str, now: datetime) -> None:
-        store = access_keys.touch if secret in self._known.keys else logins.touch
+        known = self._known
+        store = access_keys.touch if secret in known.keys else links.touch if secret in known.links else logins.touch
 
         def touch() -> None:
             with self._sessions.begin() as session:
@@ -113,6 +138,19 @@ class Callers:
             log.warning("the last use of a key or login could not be stored; a login may end earlier than it should")
 
 
+def _used(rows: Sequence[ApiKey] | Sequence[LoginSession] | Sequence[BuildingLink]) -> dict[str, datetime | None]:
+    return {one.hash: one.used_at for one in rows}
+
+
+def person_caller(oidc: Oidc, name: str, groups: Collection[str]) -> Caller | None:
+    """A person with the roles of their groups; None if these have none."""
+    of_groups = (one for one in oidc.grants if one.group in groups)
+    grants = (Grant(Role[one.role], None if one.buildings is None else frozenset(one.buildings)) for one in of_groups)
+    return granted(name, grants)
+
+
 def _key_caller(key: ApiKey) -> Caller:
     buildings = None if key.buildings is None else frozenset(key.buildings)
-    return Caller(key.name, Role[key.role], buildings, key.expires_at)
+    single = (Grant(Role[role], frozenset({code})) for code, role in (key.higher or {}).items())
+    caller = granted(key.name, (Grant(Role[key.role], buildings), *single), key.expires_at)
+    return caller or Caller(key.name, Role[key.role], frozenset(), key.expires_at)

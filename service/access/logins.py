@@ -2,7 +2,7 @@
 
 import time
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -25,7 +25,7 @@ class NewSession:
     """A new session."""
 
     name: str
-    """Name of the key or link."""
+    """Name of the key, link or person."""
     cookie: str
     """Value for the browser's cookie; not stored."""
 
@@ -35,7 +35,10 @@ def begin(session: Session, key: str, now: datetime) -> NewSession | None:
     lasts = or_(ApiKey.expires_at.is_(None), ApiKey.expires_at > now)
     valid = (ApiKey.hash == digest(key), ApiKey.revoked_at.is_(None), lasts)
     row = session.scalars(select(ApiKey).where(*valid)).one_or_none()
-    return None if row is None else NewSession(row.name, _cookie(session, row.id, now))
+    if row is None:
+        return None
+    row.used_at = now
+    return NewSession(row.name, _cookie(session, LoginSession(key_id=row.id), now))
 
 
 def new_link(session: Session, now: datetime) -> str:
@@ -50,7 +53,18 @@ def follow(session: Session, token: str, now: datetime) -> NewSession | None:
     """A new session by a login link; None if the link was used before, is too old or never existed."""
     unused = (LoginLink.hash == digest(token), LoginLink.used_at.is_(None), LoginLink.created_at > now - LINK_LASTS)
     used = session.execute(update(LoginLink).where(*unused).values(used_at=now).returning(LoginLink.id)).all()
-    return NewSession(LINKED, _cookie(session, None, now)) if used else None
+    return NewSession(LINKED, _cookie(session, LoginSession(), now)) if used else None
+
+
+def begin_signed_in(
+    session: Session, person: str, issuer: str, groups: Sequence[str], state: str, now: datetime, end: datetime
+) -> NewSession | None:
+    """A new session of a person, which has an end whatever its use; None if the state was used before."""
+    sign_in = digest(state)
+    if session.scalar(select(LoginSession.id).where(LoginSession.sign_in == sign_in)) is not None:
+        return None
+    of_person = LoginSession(issuer=issuer, person=person, groups=list(groups), sign_in=sign_in, expires_at=end)
+    return NewSession(person, _cookie(session, of_person, now))
 
 
 def touch(session: Session, session_digest: str, now: datetime) -> None:
@@ -59,13 +73,13 @@ def touch(session: Session, session_digest: str, now: datetime) -> None:
 
 
 def end(session: Session, session_digest: str, now: datetime) -> str | None:
-    """End the session; the name of its key, or None if it was not valid."""
+    """End the session; the name of its key or person, or None if it was not valid."""
     query = select(LoginSession).where(LoginSession.hash == session_digest, LoginSession.ended_at.is_(None))
     row = session.scalars(query).one_or_none()
     if row is None:
         return None
     row.ended_at = now
-    return LINKED if row.key is None else row.key.name
+    return row.person or (LINKED if row.key is None else row.key.name)
 
 
 def end_all(session: Session, key_id: int | None, now: datetime) -> int:
@@ -75,10 +89,19 @@ def end_all(session: Session, key_id: int | None, now: datetime) -> int:
     return len(session.execute(query.returning(LoginSession.id)).all())
 
 
-def _cookie(session: Session, key_id: int | None, now: datetime) -> str:
+def end_person(session: Session, name: str, now: datetime) -> int:
+    """End all sessions of a person who signed in; the number of valid ones that were ended."""
+    of_person = (LoginSession.ended_at.is_(None), LoginSession.person == name)
+    query = update(LoginSession).where(*of_person).values(ended_at=now)
+    return len(session.execute(query.returning(LoginSession.id)).all())
+
+
+def _cookie(session: Session, begun: LoginSession, now: datetime) -> str:
+    """Store a session with a new random cookie, and return the cookie."""
     session.execute(delete(LoginSession).where(LoginSession.used_at < now - REMEMBERED))
     cookie = new_secret("ms")
-    session.add(LoginSession(hash=digest(cookie), key_id=key_id, created_at=now, used_at=now))
+    begun.hash, begun.created_at, begun.used_at = digest(cookie), now, now
+    session.add(begun)
     return cookie
 
 

@@ -2,7 +2,8 @@
 
 import hashlib
 import secrets
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from enum import IntEnum
 
@@ -27,10 +28,52 @@ class Caller:
 
     name: str
     role: Role
+    """The role on every building of the caller: the lowest that it has on any."""
     buildings: frozenset[str] | None = None
     """Codes of the buildings that exist for the caller; None for all."""
     expires_at: datetime | None = None
     """End of the caller's key or link."""
+    higher: frozenset[tuple[str, Role]] = frozenset()
+    """Single buildings on which its role is higher, with that role."""
+
+    def at_least(self, role: Role) -> "Caller | None":
+        """The caller, limited to the buildings on which it has this role or a higher one; None if there are none."""
+        if self.role >= role:
+            return self
+        enough = (Grant(own, frozenset({code})) for code, own in self.higher if own >= role)
+        return granted(self.name, enough, self.expires_at)
+
+    def on(self, building: str) -> "Caller":
+        """The caller with its role on one building; one without any building if that one does not exist for it."""
+        if self.buildings is not None and building not in self.buildings:
+            return replace(self, role=Role.viewer, buildings=frozenset(), higher=frozenset())
+        role = dict(self.higher).get(building, self.role)
+        return replace(self, role=role, buildings=frozenset({building}), higher=frozenset())
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """A role on some buildings."""
+
+    role: Role
+    buildings: frozenset[str] | None = None
+    """Codes of the buildings; None for all."""
+
+
+def granted(name: str, grants: Iterable[Grant], expires_at: datetime | None = None) -> Caller | None:
+    """The caller with the highest of its granted roles on each building; None if nothing was granted."""
+    everywhere: Role | None = None
+    single: dict[str, Role] = {}
+    for one in grants:
+        if one.buildings is None:
+            everywhere = max(one.role, everywhere or one.role)
+        for code in one.buildings or ():
+            single[code] = max(one.role, single.get(code, one.role))
+    if everywhere is None and not single:
+        return None
+    role = min(single.values()) if everywhere is None else everywhere
+    higher = frozenset((code, own) for code, own in single.items() if own > role)
+    return Caller(name, role, frozenset(single) if everywhere is None else None, expires_at, higher)
 
 
 WARNED = timedelta(days=14)

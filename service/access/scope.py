@@ -14,8 +14,8 @@ from sqlalchemy.sql.base import ExecutableOption
 
 from service.access.auditing import AuditedSession
 from service.access.roles import Caller
-from service.access.tables import ApiKey, AuditEntry, LoginLink, LoginSession
-from service.alerts.tables import Alert, AlertChange, Inspection, Silence
+from service.access.tables import ApiKey, AuditEntry, BuildingLink, LoginLink, LoginSession
+from service.alerts.tables import Alert, AlertChange, AlertComment, BuildingInspection, Inspection, Silence
 from service.analyses.tables import (
     Analysis,
     CycleResult,
@@ -31,6 +31,7 @@ from service.jobs.tables import Job
 from service.models.tables import DiagnosisPicture, ModelComparison, ModelDiagnosis, ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.records.tables import Content, Event, EventRecording, FetchedFile, Recording, SourceState, Waveform
+from service.verdict.tables import BuildingLevel
 
 Entity = type[DeclarativeBase]
 Columns = Any
@@ -39,7 +40,7 @@ Condition = Callable[[Caller, Columns], ColumnElement[bool]]
 """The rows that a caller may see, by the columns of their table."""
 
 LIMIT = "limit"
-"""Key of a session's `info`: the caller whose buildings it shows."""
+"""Key of a session's `info`: a function that returns the caller whose buildings it shows."""
 OF_BUILDING = (
     Revision,
     SourceState,
@@ -50,9 +51,12 @@ OF_BUILDING = (
     ReferencePeriod,
     MonitoredSeries,
     Alert,
+    BuildingInspection,
+    BuildingLevel,
     Silence,
     Receiver,
     Message,
+    BuildingLink,
 )
 """Tables with a `building_id`."""
 PARENTS: Mapping[Entity, tuple[str, Entity]] = {
@@ -72,6 +76,7 @@ PARENTS: Mapping[Entity, tuple[str, Entity]] = {
     DriftValue: ("series_id", MonitoredSeries),
     DriftAlarm: ("series_id", MonitoredSeries),
     AlertChange: ("alert_id", Alert),
+    AlertComment: ("alert_id", Alert),
     Inspection: ("alert_id", Alert),
     Delivery: ("message_id", Message),
     DeliveryAttempt: ("delivery_id", Delivery),
@@ -79,9 +84,14 @@ PARENTS: Mapping[Entity, tuple[str, Entity]] = {
 """The column that names a row's parent, and the parent's table."""
 
 
-def limited(sessions: sessionmaker[Session], caller: Caller) -> sessionmaker[Session]:
-    """The sessions, limited to the buildings of a caller; unchanged for a caller of all buildings."""
-    if caller.buildings is None:
+def limited(sessions: sessionmaker[Session], caller: Callable[[], Caller]) -> sessionmaker[Session]:
+    """The sessions, limited to the buildings of a caller; unchanged for a caller with one role on all buildings.
+
+    Args:
+        sessions: that read or write everything.
+        caller: called at each statement: what a request needs limits the caller to some buildings, maybe later.
+    """
+    if (known := caller()).buildings is None and not known.higher:
         return sessions
     settings = dict(sessions.kw)
     info = settings.pop("info", None) or {}
@@ -95,8 +105,11 @@ class LimitedSession(Session):
 
 def _limit(state: ORMExecuteState) -> None:
     """Add the limit to a statement, by its mapped classes and by the tables that it names without their classes."""
-    caller: Caller | None = state.session.info.get(LIMIT)
-    if caller is None or not (state.is_select or state.is_update or state.is_delete):
+    limit: Callable[[], Caller] | None = state.session.info.get(LIMIT)
+    if limit is None or not (state.is_select or state.is_update or state.is_delete):
+        return
+    caller = limit()
+    if caller.buildings is None:
         return
     statement: Any = state.statement
     if isinstance(statement, Select):

@@ -1,4 +1,4 @@
-"""Tables of keys, browser sessions, login links and the audit trail."""
+"""Tables of keys, browser sessions, login links, links to a building and the audit trail."""
 
 from datetime import datetime
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 from sqlalchemy import ForeignKey
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
+from service.buildings.tables import Building
 from service.db.base import Base
 
 
@@ -16,7 +17,9 @@ class ApiKey(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(unique=True)
     role: Mapped[str]
-    """`viewer`, `engineer` or `admin`."""
+    """`viewer`, `engineer` or `admin`: the role on every building of the key."""
+    higher: Mapped[dict[str, Any] | None]
+    """Higher roles on single buildings by their codes; None without any."""
     hash: Mapped[str] = mapped_column(unique=True)
     buildings: Mapped[list[str] | None]
     """Codes of the buildings that exist for the key; None for all."""
@@ -34,12 +37,40 @@ class LoginSession(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     hash: Mapped[str] = mapped_column(unique=True)
     key_id: Mapped[int | None] = mapped_column(ForeignKey("api_key.id", ondelete="CASCADE"), index=True)
-    """None for a session from a login link, whose role is admin."""
+    """None for a session of a person, and for one from a login link, whose role is admin."""
+    issuer: Mapped[str | None]
+    """Sign-in provider of a person; None for every other session."""
+    person: Mapped[str | None]
+    """Name of the person."""
+    groups: Mapped[list[str] | None]
+    """The person's groups at the provider, which the settings map to roles."""
+    sign_in: Mapped[str | None] = mapped_column(unique=True)
+    """Digest of the state by which the person signed in: it counts once."""
+    expires_at: Mapped[datetime | None]
+    """End of a person's session, whatever its use."""
     created_at: Mapped[datetime]
     used_at: Mapped[datetime]
     """Time of the last use, to about a minute."""
     ended_at: Mapped[datetime | None]
     key: Mapped[ApiKey | None] = relationship()
+
+
+class BuildingLink(Base):
+    """A link by which whoever has it reads the pages of one building; its token is not stored."""
+
+    __tablename__ = "building_link"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    name: Mapped[str]
+    """Person or purpose that it is for."""
+    hash: Mapped[str] = mapped_column(unique=True)
+    created_by: Mapped[str]
+    created_at: Mapped[datetime]
+    expires_at: Mapped[datetime]
+    revoked_at: Mapped[datetime | None]
+    used_at: Mapped[datetime | None]
+    """Time of the last use, to about a minute."""
+    building: Mapped[Building] = relationship()
 
 
 class LoginLink(Base):

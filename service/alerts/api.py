@@ -6,17 +6,23 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Body, Depends, Path, Query, Request, Response
 
 from service.access.auth import Caller, engineer
-from service.alerts import operator_actions, queries
+from service.alerts import inspections, operator_actions, queries
 from service.alerts.schema import (
     AcknowledgeRequest,
     AlertOut,
     Alerts,
+    AssignRequest,
+    BuildingInspectionOut,
+    BuildingInspectionRequest,
+    BuildingInspections,
+    CommentRequest,
     InspectRequest,
     SilenceOut,
     SilenceRequest,
     Silences,
     alert_line,
     alert_out,
+    inspection_out,
     silence_out,
 )
 from service.buildings import queries as building_queries
@@ -86,6 +92,40 @@ def acknowledge(
         return alert_out(session, alert, now)
 
 
+@router.post(
+    "/alerts/{alert_id}/comments", operation_id="comment_on_alert", response_model=AlertOut, responses=making()
+)
+def comment(
+    alert_id: AlertId,
+    sessions: Writing,
+    by: By,
+    wanted: Annotated[CommentRequest, Body(description="The comment, and the person's name.")],
+) -> AlertOut:
+    """Comment on an alert, open or ended; a comment is never changed or removed."""
+    now = datetime.now(UTC)
+    with sessions.begin() as session:
+        alert = queries.alert(session, alert_id)
+        operator_actions.comment(session, alert, operator_actions.person_name(by, wanted.name), wanted.text, None, now)
+        return alert_out(session, alert, now)
+
+
+@router.post("/alerts/{alert_id}/assign", operation_id="assign_alert", response_model=AlertOut, responses=making())
+def assign(
+    alert_id: AlertId,
+    sessions: Writing,
+    by: By,
+    wanted: Annotated[AssignRequest, Body(description="The person, a comment, and the sender's name.")],
+) -> AlertOut:
+    """Assign an open alert to a person, so that everyone sees who looks after it; it sends no message."""
+    now = datetime.now(UTC)
+    with sessions.begin() as session:
+        alert = queries.alert(session, alert_id)
+        operator_actions.comment(
+            session, alert, operator_actions.person_name(by, wanted.name), wanted.text or "", wanted.to, now
+        )
+        return alert_out(session, alert, now)
+
+
 @router.post("/alerts/{alert_id}/inspect", operation_id="inspect_alert", response_model=AlertOut, responses=making())
 def inspect(
     request: Request,
@@ -106,6 +146,47 @@ def inspect(
             session, alert, who, wanted.outcome, wanted.note, wanted.reference_from, age, now
         )
         return alert_out(session, alert, now)
+
+
+@router.get(
+    "/buildings/{code}/inspections", operation_id="list_inspections", **table_responses(BuildingInspections, 404)
+)
+def building_inspections(code: Code, sessions: Reading) -> BuildingInspections:
+    """Inspections of the building that people signed, the latest first; none is ever changed."""
+    with sessions() as session:
+        building, _ = building_queries.building(session, code)
+        rows = [inspection_out(one, code) for one in inspections.inspections(session, building.id)]
+    return BuildingInspections(items=rows, next=None)
+
+
+@router.post(
+    "/buildings/{code}/inspections",
+    operation_id="record_inspection",
+    status_code=201,
+    response_model=BuildingInspectionOut,
+    responses=making(201),
+)
+def record_inspection(
+    request: Request,
+    code: Code,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[BuildingInspectionRequest, Body(description="Result, findings, and when it was made.")],
+) -> BuildingInspectionOut:
+    """Record an inspection of the building, signed by the sender.
+
+    With the result `fit` the limits that earlier earthquakes exceeded no longer decide the level; the verdict names the
+    inspection and the automatic result. An inspection made before an earthquake does not cover it.
+    """
+    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
+    with sessions.begin() as session:
+        building, _ = building_queries.building(session, code)
+        who, at = operator_actions.person_name(by, wanted.name), wanted.inspected_at or now
+        made = inspections.record(session, building, who, wanted.result, wanted.comment, at, age, now)
+        answer = inspection_out(made, code)
+    response.headers["Location"] = f"/api/v1/buildings/{code}/inspections"
+    return answer
 
 
 @router.get("/buildings/{code}/silences", operation_id="list_silences", **table_responses(Silences, 404))

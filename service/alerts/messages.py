@@ -36,6 +36,7 @@ from service.notify import outbox
 from service.notify.outbox import MessageContent
 from service.notify.tables import Message, Receiver
 from service.records.tables import Event
+from service.verdict import levels
 
 FINAL = ("analysed", "refused", "failed")
 """States of events without further work under way."""
@@ -55,7 +56,7 @@ class Reminder:
 
 
 def write_messages(session: Session, building_id: int, max_age: timedelta, now: datetime) -> None:
-    """Put everything new about a building into the outbox; repeating it writes nothing.
+    """Put everything new about a building into the outbox, and store its level; repeating it writes nothing else.
 
     While the building's earthquakes are being compared, no message about them is written: the comparison ends with
     this call.
@@ -73,6 +74,7 @@ def write_messages(session: Session, building_id: int, max_age: timedelta, now: 
         _write_alert_message(session, alert, now)
     session.flush()
     send_open_alerts_to_new_recipients(session, building_id, now)
+    levels.store(session, [building_id], now)
 
 
 def write_event_message(session: Session, event_id: int, max_age: timedelta, now: datetime) -> None:

@@ -13,7 +13,7 @@ from service.alerts.lifecycle import ACKNOWLEDGED, ACTIVE, OUTCOMES, OperatorAct
 from service.alerts.messages import write_messages
 from service.alerts.reconciliation import record_acknowledgement, record_change
 from service.alerts.schema import AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN
-from service.alerts.tables import Alert, Inspection, Silence
+from service.alerts.tables import Alert, AlertComment, Inspection, Silence
 from service.analyses import history
 from service.buildings import reference_periods
 from service.buildings.tables import Building
@@ -42,13 +42,40 @@ def acknowledge(session: Session, alert: Alert, by: str, note: str, now: datetim
     record_change(alert, ACKNOWLEDGED, by, note, now)
 
 
+def comment(session: Session, alert: Alert, by: str, text: str, assigned_to: str | None, now: datetime) -> None:
+    """Comment on an alert, and assign it to a person unless `assigned_to` is None; the same again changes nothing.
+
+    Raises:
+        ConflictError: it is to be assigned, but has ended.
+    """
+    _lock(session, alert)
+    last = alert.comments[-1] if alert.comments else None
+    if last is not None and (last.by, last.text, last.assigned_to) == (by, text, assigned_to):
+        return
+    if assigned_to is not None:
+        if alert.closed_at is not None:
+            raise ConflictError(texts.HAS_ENDED.format(id=alert.id, state=alert.state, closed_at=alert.closed_at))
+        alert.assigned_to = assigned_to
+    alert.comments.append(AlertComment(at=now, by=by, text=text, assigned_to=assigned_to))
+    session.flush()
+
+
 def inspect(
-    session: Session, alert: Alert, by: str, outcome: Outcome, note: str, reference_from: datetime | None, now: datetime
+    session: Session,
+    alert: Alert,
+    by: str,
+    outcome: Outcome,
+    note: str,
+    reference_from: datetime | None,
+    now: datetime,
+    *,
+    inspected_at: datetime | None = None,
 ) -> Inspection | None:
     """End an alert by an inspection of the building, or by a review of its data.
 
     The inspection covers what began before, unless it gets worse. `reference_from` begins a new reference period for
-    the alert's quantity: that of the one sensor, or of all directions, since the isolators are the same.
+    the alert's quantity: that of the one sensor, or of all directions, since the isolators are the same. `inspected_at`
+    is the time of the inspection, if that is not now.
 
     Returns:
         None if the same inspection is recorded already: then nothing changes.
@@ -64,7 +91,7 @@ def inspect(
         raise ConflictError(texts.HAS_ENDED.format(id=alert.id, state=alert.state, closed_at=alert.closed_at))
     made = Inspection(
         alert=alert,
-        at=now,
+        at=inspected_at or now,
         by=by,
         outcome=outcome,
         note=note,
@@ -90,13 +117,15 @@ def inspect_and_notify(
     reference_from: datetime | None,
     max_age: timedelta,
     now: datetime,
+    *,
+    inspected_at: datetime | None = None,
 ) -> None:
-    """End an alert by an inspection, and write the messages that follow from it.
+    """End an alert by an inspection, and write the messages that follow from it; arguments as those of `inspect`.
 
     Raises:
         ConflictError: the alert has ended already.
     """
-    if inspect(session, alert, by, outcome, note, reference_from, now) is None:
+    if inspect(session, alert, by, outcome, note, reference_from, now, inspected_at=inspected_at) is None:
         return
     if alert.kind != "data":
         job_queue.enqueue_monitoring(session, alert.building_id, by, now)  # what it kept on hold may become active

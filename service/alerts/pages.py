@@ -14,7 +14,15 @@ from service.access.auth import Caller, Role
 from service.access.pages import reader
 from service.alerts import operator_actions, queries, texts
 from service.alerts.api import AlertId, By, SilenceId
-from service.alerts.schema import AcknowledgeRequest, InspectForm, PartOut, SilenceForm, alert_out
+from service.alerts.schema import (
+    AcknowledgeRequest,
+    AssignRequest,
+    CommentRequest,
+    InspectForm,
+    PartOut,
+    SilenceForm,
+    alert_out,
+)
 from service.alerts.tables import Alert
 from service.analyses import queries as analysis_queries
 from service.analyses.tables import DirectionResult
@@ -34,6 +42,8 @@ LISTED = 200
 """Alerts of a building that its page lists, the latest first."""
 Acknowledging = Annotated[Posted[AcknowledgeRequest], Depends(posted(AcknowledgeRequest))]
 Inspecting = Annotated[Posted[InspectForm], Depends(posted(InspectForm))]
+Commenting = Annotated[Posted[CommentRequest], Depends(posted(CommentRequest))]
+Assigning = Annotated[Posted[AssignRequest], Depends(posted(AssignRequest))]
 Silencing = Annotated[Posted[SilenceForm], Depends(posted(SilenceForm))]
 
 
@@ -61,8 +71,9 @@ def _listed(
             open_alerts=[one for one in rows if one.closed_at is None],
             ended=[one for one in rows if one.closed_at is not None],
             silences=[one for one in reversed(queries.silences(session, building.id)) if one.ends_at > now],
+            comments=queries.comment_counts(session, [one.id for one in rows]),
             causes=sorted({one.cause for one in rows}),
-            may_work=by.role >= Role.engineer,
+            may_work=by.on(code).role >= Role.engineer,
             **_words(session, building),
         )
 
@@ -80,7 +91,8 @@ def _shown(
     now = datetime.now(UTC)
     with sessions() as session:
         alert = queries.alert(session, alert_id)
-        zone = ZoneInfo(described(session, alert.building).timezone)
+        file = described(session, alert.building)
+        zone = ZoneInfo(file.timezone)
         return page(
             request,
             "alert",
@@ -90,7 +102,8 @@ def _shown(
             building=alert.building,
             alert=alert_out(session, alert, now),
             results=_results(session, alert),
-            may_work=by.role >= Role.engineer,
+            contacts=file.contacts,
+            may_work=by.on(alert.building.code).role >= Role.engineer,
             **_words(session, alert.building),
         )
 
@@ -106,6 +119,32 @@ def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, 
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
     return answered("acknowledge", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
+
+
+@router.post("/alerts/{alert_id}/comments")
+def comment(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Commenting) -> Response:
+    """Comment on the alert, and show it."""
+
+    def act(wanted: CommentRequest) -> Response:
+        with sessions.begin() as session:
+            alert, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+            operator_actions.comment(session, alert, who, wanted.text, None, datetime.now(UTC))
+        return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    return answered("comment", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
+
+
+@router.post("/alerts/{alert_id}/assign")
+def assign(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Assigning) -> Response:
+    """Assign the alert to a person, and show it."""
+
+    def act(wanted: AssignRequest) -> Response:
+        with sessions.begin() as session:
+            alert, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+            operator_actions.comment(session, alert, who, wanted.text or "", wanted.to, datetime.now(UTC))
+        return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    return answered("assign", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
 
 
 @router.post("/alerts/{alert_id}/inspect")

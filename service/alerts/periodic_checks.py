@@ -17,6 +17,7 @@ from service.buildings.tables import Building
 from service.db.sessions import free_bytes, reading
 from service.jobs import queue as job_queue
 from service.settings import Settings
+from service.verdict import levels
 
 NO_WORK = Work(oldest=None, last_progress=None)
 """Work of a building without a neglected job."""
@@ -72,7 +73,7 @@ def check_buildings(
     stopped: Callable[[], bool] = lambda: False,
     last: dict[int, Checked] | None = None,
 ) -> None:
-    """Check the data health of every building, and write the messages and reminders that are due.
+    """Check the data health of every building, write the messages and reminders that are due, and store the levels.
 
     All buildings are read together; an unchanged one takes no statement of its own.
 
@@ -87,12 +88,17 @@ def check_buildings(
     with reading(sessions)() as session:
         states = building_states.read(session, _rejected_age(settings), now)
         this = Round(settings, _thresholds(settings), _work(session, settings, now), free_bytes(session), now)
+    changed: list[int] = []
     for building_id, state in states.items():
         if stopped():
             return
         before = last.get(building_id)
         if before is None or not _is_idle(building_id, state, before, this):
             last[building_id] = _check(sessions, building_id, before, this)
+            changed.append(building_id)
+    if changed:
+        with sessions.begin() as session:
+            levels.store(session, changed, now)
 
 
 def _is_idle(building_id: int, state: BuildingState, before: Checked, this: Round) -> bool:

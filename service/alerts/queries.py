@@ -6,7 +6,7 @@ from datetime import datetime
 from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session, joinedload
 
-from service.alerts.tables import Alert, AlertChange, Inspection, Silence
+from service.alerts.tables import Alert, AlertChange, AlertComment, Inspection, Silence
 from service.analyses.tables import Analysis
 from service.db.select import Line
 from service.errors import NotFoundError
@@ -85,6 +85,21 @@ def open_counts(session: Session, buildings: Collection[int]) -> Mapping[int, in
     are_open = (Alert.building_id.in_(buildings), Alert.closed_at.is_(None))
     query = select(Alert.building_id, func.count()).where(*are_open).group_by(Alert.building_id)
     return {row[0]: row[1] for row in session.execute(query)}
+
+
+def comment_counts(session: Session, alerts: Collection[int]) -> Mapping[int, int]:
+    """Number of comments by alert; alerts without any are omitted."""
+    query = select(AlertComment.alert_id, func.count()).where(
+        AlertComment.alert_id.in_(alerts), AlertComment.text != ""
+    )
+    return {row[0]: row[1] for row in session.execute(query.group_by(AlertComment.alert_id))}
+
+
+def last_comments(session: Session, alerts: Collection[int]) -> Mapping[int, AlertComment]:
+    """The last comment on each alert; alerts without any are omitted."""
+    last = select(func.max(AlertComment.id)).where(AlertComment.alert_id.in_(alerts), AlertComment.text != "")
+    query = select(AlertComment).where(AlertComment.id.in_(last.group_by(AlertComment.alert_id)))
+    return {one.alert_id: one for one in session.scalars(query)}
 
 
 def deliveries(session: Session, building_id: int, key: str) -> Sequence[Line]:

@@ -50,6 +50,7 @@ def add_recipient(
         secret=wanted.secret or made,
         kinds=tuple(wanted.kinds or wanted_kinds(wanted.kind)),
         severities=tuple(wanted.severities or SEVERITIES),
+        report=wanted.report,
     )
     row = recipients.add(session, building.id, rule, by, now)
     send_open_alerts_to_new_recipients(session, building.id, now)
@@ -66,8 +67,9 @@ def change_recipient(session: Session, receiver_id: int, wanted: ReceiverChange,
     receiver = recipients.receiver(session, receiver_id)
     given = wanted.model_dump(exclude_none=True)
     if not given:
-        raise ConflictError("The request changes nothing; give address, secret, kinds or severities.")
+        raise ConflictError("The request changes nothing; give address, secret, kinds, severities or report.")
     of_now = {name: getattr(receiver, name) for name in ("name", "kind", "address", "secret", "kinds", "severities")}
+    of_now["report"] = receiver.with_report
     recipients.change(receiver, ReceiverRule(**(of_now | given)), now)
     send_open_alerts_to_new_recipients(session, receiver.building_id, now)
     return receiver

@@ -11,17 +11,20 @@ from service.alerts import queries, texts
 from service.alerts.lifecycle import CLOSED
 from service.alerts.message_content import REMINDER_KEY
 from service.alerts.message_facts import message_key, reports_by_alert, silence_of
-from service.alerts.tables import Alert, Silence
+from service.alerts.tables import Alert, BuildingInspection, Silence
 from service.schema import Answer, Number, Page
 from service.times import read_time
+from service.verdict.assessment import Result
 
 Time = Annotated[
     datetime,
     BeforeValidator(read_time),
     WithJsonSchema({"type": "string", "format": "date-time", "examples": ["2024-05-01T00:00:00Z"]}),
 ]
-Note = Annotated[str, Field(min_length=1, max_length=2000, pattern=r"\S")]
-PersonName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S")]
+SAYING = r"^[^\x00]*\S[^\x00]*$"
+"""A text that says something, without NUL, which PostgreSQL cannot store."""
+Note = Annotated[str, Field(min_length=1, max_length=2000, pattern=SAYING)]
+PersonName = Annotated[str, Field(min_length=1, max_length=100, pattern=SAYING)]
 
 
 class AlertRow(Answer):
@@ -48,6 +51,7 @@ class AlertRow(Answer):
     activated_at: datetime | None = Field(description="Time when the evidence sufficed; null before.")
     acknowledged_at: datetime | None = Field(description="Time when it was acknowledged; null before.")
     acknowledged_by: str | None = Field(description="Person who acknowledged it; null before.")
+    assigned_to: str | None = Field(description="Person who looks after it; null where no one was named.")
     closed_at: datetime | None = Field(description="Time when it was resolved or withdrawn; null while it is open.")
     raised_event: int | None = Field(description="Number of the event that raised it; null for a periodic check.")
 
@@ -99,6 +103,15 @@ class ChangeOut(Answer):
     evidence: dict[str, Any] = Field(description="Evidence at that time.")
 
 
+class CommentOut(Answer):
+    """A comment on an alert, or its assignment to a person."""
+
+    at: datetime = Field(description="Time when it was written.")
+    by: str = Field(description="Person who wrote it.")
+    text: str = Field(description="The comment; empty of an assignment without one.")
+    assigned_to: str | None = Field(description="Person to whom it was assigned; null of a comment alone.")
+
+
 class InspectionOut(Answer):
     """An inspection of the building, or a review of the data, that ended an alert."""
 
@@ -140,11 +153,14 @@ class AlertOut(AlertLine):
     silenced_until: datetime | None = Field(description="End of the silence that applies to it; null if there is none.")
     changes: list[ChangeOut] = Field(description="Every change of its state, the earliest first.")
     inspections: list[InspectionOut] = Field(description="Inspections, the earliest first.")
+    comments: list[CommentOut] = Field(description="Comments and assignments, the earliest first.")
     told: list[AlertMessageOut] = Field(description="Messages about it and their deliveries.")
 
 
 AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN = "as_before", "from_now", "since_it_began"
 """Choices of the reference period after an inspection."""
+YEARS = range(1950, 2200)
+"""Years in which an inspection may have been made: its time can be converted to any zone."""
 LONGEST = 24 * 365
 """h that a silence may last."""
 
@@ -161,6 +177,16 @@ def _hours(typed: str) -> int:
     return int(typed)
 
 
+def _typed_time(typed: str) -> datetime:
+    try:
+        time = datetime.fromisoformat(typed[:16])
+    except ValueError:
+        time = None
+    if time is None or time.year not in YEARS:
+        raise ValueError(texts.NO_SUCH_TIME.format(typed=typed))
+    return time
+
+
 class RequestBody(BaseModel):
     """A request about an alert."""
 
@@ -173,6 +199,25 @@ class AcknowledgeRequest(RequestBody):
     note: Note = Field(description="Action that is being taken.", examples=["On my way to the building."])
     name: PersonName | None = Field(
         None, description="Name of the person, where several share a key.", examples=["A. Engineer"]
+    )
+
+
+class CommentRequest(RequestBody):
+    """Comment on an alert."""
+
+    text: Note = Field(description="The comment.", examples=["Waiting for the maker's answer."])
+    name: PersonName | None = Field(
+        None, description="Name of the person, where several share a key.", examples=["A. Engineer"]
+    )
+
+
+class AssignRequest(RequestBody):
+    """Assignment of an alert to a person."""
+
+    to: PersonName = Field(description="Person who looks after it from now on.", examples=["A. Engineer"])
+    text: Note | None = Field(None, description="A comment.", examples=["Please look at it this week."])
+    name: PersonName | None = Field(
+        None, description="Name of the sender, where several share a key.", examples=["A. Engineer"]
     )
 
 
@@ -227,6 +272,56 @@ class SilenceForm(Silenced):
     hours: Annotated[int, BeforeValidator(_hours)]
 
 
+class BuildingInspected(RequestBody):
+    """Inspection of a building."""
+
+    result: Result = Field(
+        description="`fit` (for normal use), `restricted` (its comment says how) or `unfit` (not for use).",
+        examples=["fit"],
+    )
+    comment: Note = Field(
+        description="Findings, restrictions, work done.", examples=["All 24 bearings seen; no cracks."]
+    )
+    name: PersonName | None = Field(
+        None, description="Name of the person, where several share a key.", examples=["A. Engineer"]
+    )
+
+
+class BuildingInspectionRequest(BuildingInspected):
+    """Inspection of a building, signed by the sender."""
+
+    inspected_at: Time | None = Field(
+        None, description="Time when it was made; without it, now. It covers earthquakes that ended before."
+    )
+
+
+class BuildingInspectionForm(BuildingInspected):
+    """The same by the form of the page, with the time of the building's clock."""
+
+    inspected_at: Annotated[datetime, BeforeValidator(_typed_time)]
+
+
+class BuildingInspectionOut(Answer):
+    """An inspection of a building."""
+
+    id: int = Field(description="Its number.")
+    building: str = Field(description="Code of the building.")
+    inspected_at: datetime = Field(description="Time when it was made.")
+    recorded_at: datetime = Field(description="Time when it was recorded.")
+    by: str = Field(description="Person who signed it.")
+    result: str = Field(description="`fit` (for normal use), `restricted` or `unfit`.")
+    comment: str = Field(description="Findings, restrictions, work done.")
+    level: str = Field(description="Automatic level when it was recorded.")
+    headline: str = Field(description="Verdict when it was recorded, one line.")
+
+
+class BuildingInspections(Answer):
+    """Inspections of a building, the latest first."""
+
+    items: list[BuildingInspectionOut] = Field(description="All of them.")
+    next: str | None = Field(description="Always null: they are all on one page.")
+
+
 class SilenceOut(Answer):
     """A time during which no messages about some alerts are sent."""
 
@@ -270,8 +365,15 @@ def alert_out(session: Session, alert: Alert, now: datetime) -> AlertOut:
         silenced_until=silence.ends_at if silence else None,
         changes=[ChangeOut.model_validate(change) for change in alert.changes],
         inspections=[InspectionOut.model_validate(one) for one in alert.inspections],
+        comments=[CommentOut.model_validate(one) for one in alert.comments],
         told=_messages(session, alert),
     )
+
+
+def inspection_out(row: BuildingInspection, code: str) -> BuildingInspectionOut:
+    """An inspection of the building of that code."""
+    same = {name: getattr(row, name) for name in BuildingInspectionOut.model_fields if name != "building"}
+    return BuildingInspectionOut(building=code, **same)
 
 
 def silence_out(silence: Silence) -> SilenceOut:

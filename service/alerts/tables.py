@@ -54,12 +54,15 @@ class Alert(Base):
     acknowledged_by: Mapped[str | None]
     acknowledgement: Mapped[str | None] = mapped_column(Text)
     """Note of the acknowledgement."""
+    assigned_to: Mapped[str | None]
+    """Person who looks after it; None where no one was named."""
     closed_at: Mapped[datetime | None]
     """Time when it was resolved or withdrawn."""
     building: Mapped[Building] = relationship()
     raised_event: Mapped[Event | None] = relationship(foreign_keys=raised_event_id)
     changes: Mapped[list["AlertChange"]] = relationship(back_populates="alert", order_by="AlertChange.id")
     inspections: Mapped[list["Inspection"]] = relationship(back_populates="alert", order_by="Inspection.id")
+    comments: Mapped[list["AlertComment"]] = relationship(back_populates="alert", order_by="AlertComment.id")
 
 
 class AlertChange(Base):
@@ -80,6 +83,20 @@ class AlertChange(Base):
     alert: Mapped[Alert] = relationship(back_populates="changes")
 
 
+class AlertComment(Base):
+    """A comment on an alert, or its assignment to a person; never changed afterwards."""
+
+    __tablename__ = "alert_comment"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    alert_id: Mapped[int] = mapped_column(ForeignKey("alert.id"), index=True)
+    at: Mapped[datetime]
+    by: Mapped[str]
+    text: Mapped[str] = mapped_column(Text)
+    assigned_to: Mapped[str | None]
+    """Person to whom it was assigned with the comment; None of a comment alone."""
+    alert: Mapped[Alert] = relationship(back_populates="comments")
+
+
 class Inspection(Base):
     """An inspection of the building, or a review of the data, that ended an alert."""
 
@@ -96,6 +113,28 @@ class Inspection(Base):
     evidence: Mapped[dict[str, Any]]
     """Evidence at that time: if it gets worse later, a new alert opens."""
     alert: Mapped[Alert] = relationship(back_populates="inspections")
+
+
+class BuildingInspection(Base):
+    """An inspection of a building that a person signed, whether an alert is open or not; never changed afterwards."""
+
+    __tablename__ = "building_inspection"
+    __table_args__ = (Index(None, "building_id", "inspected_at"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
+    inspected_at: Mapped[datetime]
+    """Time when it was made; it covers earlier earthquakes only."""
+    recorded_at: Mapped[datetime]
+    by: Mapped[str]
+    """Name of the key or account that signed it, with the person's name where that is another."""
+    result: Mapped[str]
+    """One of service.verdict.assessment.Result."""
+    comment: Mapped[str] = mapped_column(Text)
+    level: Mapped[str]
+    """Automatic level when it was recorded."""
+    headline: Mapped[str] = mapped_column(Text)
+    """Verdict when it was recorded, in one line."""
+    building: Mapped[Building] = relationship()
 
 
 class Silence(Base):

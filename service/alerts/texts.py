@@ -18,7 +18,7 @@ MM = 1e3
 LIMITS = "limits"
 """Cause of the alert that a limit of the isolators was exceeded."""
 TITLES: Mapping[str, str] = {
-    LIMITS: "limits of the isolators",
+    LIMITS: "limits of the building",
     "stiffness": "stiffness of the isolators",
     "damping": "damping of the isolators",
     "frequency": "natural frequency of the building",
@@ -132,6 +132,8 @@ def and_more(count: int) -> str:
 
 # --- changes of an alert's state --------------------------------------------------------------------------------------
 
+INSPECTION_IN_THE_FUTURE = "An inspection at {at:%Y-%m-%d %H:%M} UTC lies in the future; record it when it was made."
+NO_SUCH_TIME = "{typed!r} is no date and time, such as 2024-05-01T14:30"
 BESIDES_EARLIER_CHANGE = "{summary}, besides an earlier change in {subject}"
 NO_LONGER = "It is no longer the case."
 EVIDENCE_GONE = "Later results no longer support it."

@@ -36,12 +36,14 @@ def analysed_since(session: Session, building_id: int, since: datetime) -> int:
     return session.scalar(select(func.count()).select_from(query)) or 0
 
 
-def all_cycles(session: Session, building_id: int) -> Sequence[Line]:
-    """Every cycle of every event, the earliest first."""
+def all_cycles(session: Session, building_id: int, event: int | None = None) -> Sequence[Line]:
+    """Every cycle of every event, or of one, the earliest first."""
     names = ("start", "end", "amplitude", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
     columns = [CycleResult.__table__.c[name] for name in names]
     query = _directions(building_id).add_columns(DirectionResult.start.label("record_start"), *columns)
     joined = query.join(CycleResult, CycleResult.result_id == DirectionResult.id)
+    if event is not None:
+        joined = joined.where(Event.id == event)
     return session.execute(joined.order_by(Event.start, Event.id, CycleResult.id)).all()
 
 
@@ -120,6 +122,14 @@ def largest_before(session: Session, event: Event) -> float | None:
     moved = func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement)
     query = _moved(event.building_id).with_only_columns(func.max(moved)).where(Event.start < event.start)
     return session.scalar(query)
+
+
+def largest_displacements(session: Session, building_id: int) -> Sequence[tuple[datetime, float]]:
+    """Start of each earthquake with a known displacement, and its largest in plan (m), the earliest first."""
+    moved = func.max(func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement))
+    query = _moved(building_id).with_only_columns(Event.start, moved).group_by(Event.id, Event.start)
+    rows = session.execute(query.having(moved.is_not(None)).order_by(Event.start, Event.id))
+    return [(start, value) for start, value in rows]
 
 
 def moved_far(

@@ -17,6 +17,8 @@ from service.records.tables import Event
 
 EVENTS = 1000
 """Number of the latest events that are followed."""
+SHOWN = 100
+"""Number of the latest events that a page shows."""
 DIRECTIONS = ("x", "y")
 
 
@@ -60,12 +62,15 @@ class TrackedMode:
         return float(np.median([sighting.mode.damping_ratio for sighting in self.sightings]))
 
 
-def tracked_modes(session: Session, building_id: int, span: Span, direction: str) -> tuple[TrackedMode, ...]:
-    """The modes of a building in one direction, by the latest analysis of each event.
+def tracked_modes(
+    session: Session, building_id: int, span: Span, direction: str, most: int = EVENTS
+) -> tuple[TrackedMode, ...]:
+    """The modes of a building in one direction, by the latest analysis of each of the latest events.
 
     Shapes are compared at the levels of the latest event; events with other levels are ignored.
     """
-    events = [list(rows) for _, rows in groupby(_rows(session, building_id, span, direction), lambda row: row.id)]
+    rows_of_all = _rows(session, building_id, span, direction, most)
+    events = [list(rows) for _, rows in groupby(rows_of_all, lambda row: row.id)]
     levels = tuple(events[-1][0].ModeResult.shape) if events else ()
     events = [rows for rows in events if set(rows[0].ModeResult.shape) == set(levels)]
     seen = [[_sighting(row, levels) for row in rows] for rows in events]
@@ -73,7 +78,7 @@ def tracked_modes(session: Session, building_id: int, span: Span, direction: str
     return tuple(_tracked(direction, number, track, seen) for number, track in enumerate(tracked, start=1))
 
 
-def _rows(session: Session, building_id: int, span: Span, direction: str) -> Sequence[Line]:
+def _rows(session: Session, building_id: int, span: Span, direction: str, most: int) -> Sequence[Line]:
     """A row for each mode of the latest events that have any, the earliest first."""
     with_modes = (
         select(Event.id, Event.start, Analysis.pga, DirectionResult)
@@ -81,7 +86,7 @@ def _rows(session: Session, building_id: int, span: Span, direction: str) -> Seq
         .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
         .where(Event.building_id == building_id, DirectionResult.direction == direction, DirectionResult.modes.any())
     )
-    latest = span.limit(with_modes).order_by(Event.start.desc(), Event.id.desc()).limit(EVENTS)
+    latest = span.limit(with_modes).order_by(Event.start.desc(), Event.id.desc()).limit(most)
     of_event = latest.with_only_columns(
         Event.id,
         Event.start,

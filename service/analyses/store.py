@@ -2,7 +2,7 @@
 
 import hashlib
 import logging
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from math import isfinite
@@ -48,13 +48,22 @@ class Inputs:
     sha256: tuple[str, ...]
     """Digests of the event's recordings."""
 
+    description_sha256: str
+    """Digest of the building's description as stored."""
+
     @property
-    def key(self) -> Hashable:
-        """Everything that the analysis depends on, among it the samples: a new gain changes them, and no recording."""
-        segments = tuple(
-            (one.channel, one.start, one.rate, hashlib.sha256(one.samples.tobytes()).digest()) for one in self.segments
-        )
-        return segments, self.revision_id, self.settings
+    def key(self) -> str:
+        """Digest of all that the analysis depends on."""
+        return analysis_key(self.segments, self.description_sha256, self.settings)
+
+
+def analysis_key(segments: Sequence[Segment], description_sha256: str, settings: AnalysisSettings) -> str:
+    """Digest of all that an analysis depends on, the samples too: a new gain changes them, and no recording."""
+    digest = hashlib.sha256(repr((description_sha256, settings)).encode())
+    for one in segments:
+        digest.update(repr((one.channel, one.start, one.rate)).encode())
+        digest.update(hashlib.sha256(one.samples.tobytes()).digest())
+    return digest.hexdigest()
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
@@ -86,6 +95,7 @@ def event_inputs(session: Session, event: Event, revision: Revision, settings: A
         settings=settings,
         revision_id=revision.id,
         sha256=tuple(sha256 for sha256 in hashes if sha256 is not None),
+        description_sha256=hashlib.sha256((revision.parsed or revision.toml).encode()).hexdigest(),
     )
 
 

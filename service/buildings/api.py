@@ -12,7 +12,7 @@ from service.analyses.mode_tracks import Sighting, TrackedMode
 from service.analyses.schema import Events
 from service.analyses.series_schema import Cycles, Modes, SightingOut, TrackOut, Tracks
 from service.buildings import queries
-from service.buildings.schema import BuildingOut, Buildings, ChannelOut, LevelOut
+from service.buildings.schema import BuildingOut, Buildings, ChannelOut, ContactOut, LevelOut
 from service.buildings.store import described
 from service.db.select import Line
 from service.http.paging import (
@@ -66,6 +66,7 @@ def building(code: Code, sessions: Reading) -> BuildingOut:
         timezone=file.timezone,
         levels=[LevelOut.model_validate(level) for level in description.levels],
         channels=[ChannelOut.model_validate(channel) for channel in description.channels],
+        contacts=[ContactOut.model_validate(contact) for contact in file.contacts],
     )
 
 

@@ -1,5 +1,6 @@
 """Building files: TOML in; a building, or every problem of the file, out."""
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from service.buildings.description_keys import (
     LevelTable,
     ReceiverTable,
     SourceTable,
+    SpectrumTable,
 )
 from service.buildings.recipient_rules import SEVERITIES, ReceiverRule, wanted_kinds
 from service.formats.toml_problems import Check, TomlError, checked
@@ -57,6 +59,32 @@ class GivenLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class DesignSpectrum:
+    """The design's response spectrum at the ground, 5 % damping."""
+
+    periods: tuple[float, ...]
+    """s, rising."""
+    acceleration: tuple[float, ...]
+    """m/s², one for each period."""
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A person or an office to call about the building."""
+
+    name: str
+    role: str
+    phone: str | None
+    mail: str | None
+
+    @property
+    def dialled(self) -> str:
+        """The telephone number as a telephone dials it."""
+        return re.sub(r"[^+0-9]", "", self.phone or "")
+
+
+@dataclass(frozen=True, slots=True)
 class BuildingFile:
     """A building, its monitoring server, the gains of its channels and the limits of its checks."""
 
@@ -71,6 +99,9 @@ class BuildingFile:
     receivers: tuple[ReceiverRule, ...]
     limits: Mapping[str, GivenLimits]
     """By check, where the file gives them."""
+    design_spectrum: DesignSpectrum | None = None
+    contacts: tuple[Contact, ...] = ()
+    """In the order in which they are to be called."""
 
 
 def read(text: str, folder: Path) -> BuildingFile:
@@ -122,6 +153,7 @@ def _read(text: str, folder: Path, checks: Sequence[Check]) -> BuildingFile:
 
 def _building(table: BuildingTable, folder: Path) -> BuildingFile:
     design = IsolationDesign(**table.isolation.design.model_dump())
+    spectrum = table.design_spectrum
     description = BuildingDescription(
         code=table.code,
         name=table.name,
@@ -144,6 +176,8 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         timezone=table.timezone,
         receivers=tuple(_receiver(receiver) for receiver in table.receiver),
         limits={name: GivenLimits(**levels.model_dump()) for name, levels in table.limits if levels is not None},
+        design_spectrum=None if spectrum is None else _spectrum(spectrum),
+        contacts=tuple(Contact(**contact.model_dump()) for contact in table.contact),
     )
 
 
@@ -163,6 +197,10 @@ def _source(table: SourceTable, folder: Path) -> SourceFile:
     return SourceFile(**values)
 
 
+def _spectrum(table: SpectrumTable) -> DesignSpectrum:
+    return DesignSpectrum(tuple(table.periods), tuple(table.acceleration), table.source)
+
+
 def _receiver(table: ReceiverTable) -> ReceiverRule:
     return ReceiverRule(
         name=table.name,
@@ -171,6 +209,7 @@ def _receiver(table: ReceiverTable) -> ReceiverRule:
         secret=table.secret,
         kinds=tuple(table.kinds or wanted_kinds(table.kind)),
         severities=tuple(table.severities or SEVERITIES),
+        report=table.report,
     )
 
 

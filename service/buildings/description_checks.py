@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 from service.addresses import web_address_problem
 from service.buildings.description_keys import BuildingTable
-from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_secret
+from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_report, wrong_secret
 from service.formats.format_errors import FormatError
 from service.formats.toml_problems import Check, Problem, wrong_keys
 from service.formats.units import unit_gain
@@ -59,6 +59,19 @@ def _wrong_gap(document: Mapping[str, Any]) -> Iterator[Problem]:
     if isinstance(design, int | float) and isinstance(gap, int | float) and gap < design:
         message = f"{gap:g} m is less than design_displacement, {design:g} m; check both"
         yield ("isolation", "moat_clearance"), f"{message}: the building must not reach the wall within its design"
+
+
+def _wrong_spectrum(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """A design spectrum whose lists do not fit each other, or whose periods do not rise."""
+    spectrum = document.get("design_spectrum")
+    lists = [spectrum.get(name) if isinstance(spectrum, dict) else None for name in ("periods", "acceleration")]
+    periods, acceleration = (one if isinstance(one, list) else [] for one in lists)
+    if len(periods) != len(acceleration):
+        message = f"{len(acceleration)} values for {len(periods)} periods; give one for each"
+        yield ("design_spectrum", "acceleration"), message
+    numbers = [one for one in periods if isinstance(one, int | float)]
+    if any(later <= earlier for earlier, later in pairwise(numbers)):
+        yield ("design_spectrum", "periods"), "the periods must rise"
 
 
 def _wrong_limits(document: Mapping[str, Any]) -> Iterator[Problem]:
@@ -156,6 +169,15 @@ def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("receiver", index, "address"), problem
         if (secret is None or isinstance(secret, str)) and (problem := wrong_secret(kind, secret)):
             yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
+        if problem := wrong_report(kind, receiver.get("report")):
+            yield ("receiver", index, "report"), problem
+
+
+def _unreachable_contacts(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Contacts without a telephone number and a mail address."""
+    for index, contact in enumerate(_rows(document, "contact")):
+        if contact and not {"phone", "mail"} & contact.keys():
+            yield ("contact", index), "gives neither phone nor mail; give one of them"
 
 
 CHECKS: tuple[Check, ...] = (
@@ -163,8 +185,10 @@ CHECKS: tuple[Check, ...] = (
     _wrong_levels,
     _wrong_gap,
     _wrong_limits,
+    _wrong_spectrum,
     _wrong_source,
     _wrong_channels,
     _wrong_receivers,
+    _unreachable_contacts,
 )
 """Checks of every file; `wrong_addresses` is for new ones only."""

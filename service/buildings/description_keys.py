@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from core.description import Role
 from core.record import Direction, Quantity
-from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind
+from service.buildings.recipient_rules import MAIL, ReceiverKind, Severity, WantedKind
 from service.formats.format_errors import FormatError
 from service.formats.toml_problems import Table
 from service.formats.units import unit_gain
@@ -33,8 +33,15 @@ def _renamed(severity: object) -> object:
     return "normal" if severity == "all_clear" else severity
 
 
+def _mail(address: str) -> str:
+    if not MAIL.fullmatch(address):
+        raise ValueError(f"{address!r} is no mail address, such as engineer@example.org")
+    return address
+
+
 Named = Annotated[Severity, BeforeValidator(_renamed)]
 Text = Annotated[str, Field(min_length=1)]
+Line = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f]*\S[^\x00-\x1f]*$")]
 Positive = Annotated[float, Field(gt=0)]
 Horizontal = Annotated[float, Field(gt=0, le=5)]
 """m, of a displacement or a gap: no isolator moves 5 m, and a number in mm is refused."""
@@ -126,6 +133,16 @@ class LimitsTable(Table):
     )
 
 
+class SpectrumTable(Table):
+    """`[design_spectrum]`: the designer's response spectrum, which reports show beside the measured one."""
+
+    periods: Annotated[list[Positive], Field(min_length=2)] = Field(description="s, rising")
+    acceleration: Annotated[list[Positive], Field(min_length=2)] = Field(
+        description="m/s², response acceleration at 5 % damping, one for each period"
+    )
+    source: Text = Field(description="where the spectrum comes from, as reports name it")
+
+
 class SourceTable(Table):
     """`[source]`: the building's monitoring server."""
 
@@ -209,6 +226,20 @@ class ReceiverTable(Table):
     severities: Annotated[list[Named], Field(min_length=1)] | None = Field(
         default=None, description="of normal, note, warning and alarm, the severities it receives; default: all"
     )
+    report: bool = Field(
+        default=False, description="email only: true to get the report on an earthquake, as PDF, with its messages"
+    )
+
+
+class ContactTable(Table):
+    """`[[contact]]`: a person or an office to call about the building."""
+
+    name: Line = Field(description="of the person or office")
+    role: Line = Field(description="what they do for the building, as in structural engineer")
+    phone: Annotated[str, Field(max_length=40, pattern=r"^\+?[0-9][0-9 ()./-]{1,37}[0-9]$")] | None = Field(
+        default=None, description="telephone number: digits, with a leading + for a country, spaces, (, ), ., / and -"
+    )
+    mail: Annotated[str, AfterValidator(_mail)] | None = Field(default=None, description="mail address")
 
 
 class BuildingTable(Table):
@@ -228,6 +259,12 @@ class BuildingTable(Table):
     level: Annotated[list[LevelTable], Field(min_length=3)] = Field(description="levels from the ground up")
     isolation: IsolationTable = Field(default=IsolationTable(), description="the isolation layer")
     limits: LimitsTable = Field(default=LimitsTable(), description="limits of the verdict's checks")
+    design_spectrum: SpectrumTable | None = Field(
+        default=None, description="the design's response spectrum at the ground, for reports"
+    )
     source: SourceTable | None = Field(default=None, description="where records are fetched")
     channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
     receiver: list[ReceiverTable] = Field(default=[], description="recipients of messages; see messages.md")
+    contact: list[ContactTable] = Field(
+        default=[], description="people to call, the first one first; every page of the building shows them"
+    )

@@ -25,12 +25,6 @@ def buildings(session: Session, after: str | None, limit: int) -> Sequence[Line]
     return session.execute(question).all()
 
 
-def shaken_last(session: Session) -> Building | None:
-    """The building with the latest event; None before the first."""
-    last = _last_start()
-    return session.scalars(select(Building).where(last.is_not(None)).order_by(last.desc(), Building.code)).first()
-
-
 def building(session: Session, code: str) -> tuple[Building, Revision]:
     """A building and its latest description.
 
@@ -56,16 +50,10 @@ def sources(session: Session, after: str | None, limit: int) -> Sequence[Line]:
     return session.execute(_page(joined, after, limit)).all()
 
 
-def failing_sources(session: Session) -> Sequence[Line]:
-    """(Building, SourceState) of the sources that fail, by code."""
-    failing = select(Building, SourceState).join(SourceState, SourceState.building_id == Building.id)
-    return session.execute(failing.where(SourceState.failing_since.is_not(None)).order_by(Building.code)).all()
-
-
-def of_numbers(session: Session, numbers: Collection[int], limit: int) -> Sequence[Building]:
-    """The first so many of the buildings of these numbers, by code."""
-    named = select(Building).where(Building.id.in_(numbers))
-    return session.scalars(named.order_by(Building.code).limit(limit)).all()
+def failing_states(session: Session, numbers: Collection[int]) -> Sequence[SourceState]:
+    """The sources that fail, of the buildings of these numbers."""
+    failing = (SourceState.building_id.in_(numbers), SourceState.failing_since.is_not(None))
+    return session.scalars(select(SourceState).where(*failing)).all()
 
 
 def _page(question: Question, after: str | None, limit: int) -> Question:

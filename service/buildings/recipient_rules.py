@@ -38,6 +38,8 @@ class ReceiverRule:
     secret: str | None = field(repr=False)
     kinds: tuple[WantedKind, ...]
     severities: tuple[Severity, ...]
+    report: bool = False
+    """Whether mails about earthquakes carry the report as PDF."""
 
 
 def wanted_kinds(kind: ReceiverKind) -> tuple[WantedKind, ...]:
@@ -71,6 +73,11 @@ def wrong_secret(kind: str, secret: str | None) -> str | None:
     if not secret.startswith(SECRET) or len(key) not in KEY_BYTES:
         return "must be whsec_ and the base64 of 24 to 64 bytes"
     return None
+
+
+def wrong_report(kind: str, report: object) -> str | None:
+    """The error in the wish for a report; None if it is valid."""
+    return "only mail carries a report; leave it out" if report is True and kind != "email" else None
 
 
 def shown_address(kind: str, address: str) -> str:

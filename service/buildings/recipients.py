@@ -6,7 +6,14 @@ from datetime import datetime
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service.buildings.recipient_rules import VARIABLE, ReceiverRule, shown_address, wrong_address, wrong_secret
+from service.buildings.recipient_rules import (
+    VARIABLE,
+    ReceiverRule,
+    shown_address,
+    wrong_address,
+    wrong_report,
+    wrong_secret,
+)
 from service.errors import ConflictError, FieldsError, NotFoundError
 from service.notify.tables import Delivery, Receiver
 
@@ -103,6 +110,7 @@ def _refuse_wrong(rule: ReceiverRule) -> None:
     problems = {
         "address": wrong_address(rule.kind, rule.address),
         "secret": wrong_secret(rule.kind, rule.secret),
+        "report": wrong_report(rule.kind, rule.report),
     } | {
         name: "only the building file may name a variable of the environment"
         for name, value in given.items()
@@ -133,5 +141,5 @@ def _set(row: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
     if row.id is not None and row.address != rule.address:
         row.since = now
     row.kind, row.address, row.secret = rule.kind, rule.address, rule.secret
-    row.kinds, row.severities = list(rule.kinds), list(rule.severities)
+    row.kinds, row.severities, row.with_report = list(rule.kinds), list(rule.severities), rule.report
     return row

@@ -45,6 +45,15 @@ class ChannelOut(Answer):
     rotation: Number = Field(description="rad, by which its axes are turned against the building's, from x towards y.")
 
 
+class ContactOut(Answer):
+    """A person or an office to call about the building, as the building file gives it."""
+
+    name: str = Field(description="Of the person or office.")
+    role: str = Field(description="What they do for the building.")
+    phone: str | None = Field(description="Telephone number; null where not given.")
+    mail: str | None = Field(description="Mail address; null where not given.")
+
+
 class BuildingOut(Answer):
     """A building and its current description."""
 
@@ -67,6 +76,7 @@ class BuildingOut(Answer):
     )
     levels: list[LevelOut] = Field(description="From the ground up.")
     channels: list[ChannelOut] = Field(description="The sensors.")
+    contacts: list[ContactOut] = Field(description="People to call, the first one first.")
 
 
 class SourceOut(Answer):

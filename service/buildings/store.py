@@ -87,6 +87,11 @@ def described(session: Session, building: Building) -> BuildingFile:
     return parsed(current(session, building))
 
 
+def zone(session: Session, building: Building) -> str:
+    """The building's time zone, an IANA name."""
+    return described(session, building).timezone
+
+
 def parsed(revision: Revision) -> BuildingFile:
     """The description in a revision."""
     return _parsed(revision.parsed, revision.toml, revision.folder)

@@ -1,9 +1,10 @@
 """`menshin building`: the monitored buildings."""
 
+import getpass
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,6 +81,44 @@ def update(context: typer.Context, code: Code, file: File) -> None:
         revision = building_store.update_description(session, text, folder, datetime.now(UTC))
         Console().print(f"{code} is described by revision {revision.number}")
         _warn(session, revision.building)
+
+
+@app.command()
+def inspect(
+    context: typer.Context,
+    code: Code,
+    result: Annotated[str, typer.Option(help="fit (for normal use), restricted or unfit (not for use).")],
+    comment: Annotated[str, typer.Option(help="Findings, restrictions, work done.")],
+    name: Annotated[str | None, typer.Option(help="Name of the inspector; default: this account's.")] = None,
+    at: Annotated[
+        str | None, typer.Option(help="Time when it was made, such as 2024-05-01T14:30:00+09:00; default: now.")
+    ] = None,
+) -> None:
+    """Record an inspection of a building, signed by this account; it is never changed."""
+    from service.alerts import inspections
+    from service.buildings import store as building_store
+    from service.errors import ConflictError
+    from service.times import read_time
+    from service.verdict import reading, texts
+    from service.verdict.assessment import Result
+
+    now = datetime.now(UTC)
+    if result not in {one.value for one in Result}:
+        raise typer.BadParameter(f"{result!r} is no result; {', '.join(Result)} are", param_hint="--result")
+    if not comment.strip():
+        raise typer.BadParameter("say what was found", param_hint="--comment")
+    try:
+        made_at = now if at is None else read_time(at)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--at") from None
+    account = getpass.getuser()
+    by = account if name is None else f"{name} ({account})"
+    age = timedelta(seconds=current_settings().notify.max_event_age)
+    with transaction(context, building_store.BuildingError, ConflictError) as session:
+        building = building_store.find(session, code)
+        inspections.record(session, building, by, Result(result), comment.strip(), made_at, age, now)
+        session.flush()
+        Console().print(f"{code}: {texts.inspected(reading.of_building(session, building))}", markup=False)
 
 
 def _warn(session: "Session", building: "Building") -> None:

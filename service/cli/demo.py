@@ -29,7 +29,7 @@ def demo(
         typer.Option(
             min=2,
             max=500,
-            help="Earthquakes of the past three years, if the folder has none yet; default: 32, and 6 with "
+            help="Earthquakes of the past three years, if the folder has none yet; default: 48, and 6 with "
             "--hidden-effect.",
         ),
     ] = None,

@@ -6,6 +6,7 @@ that cannot be used.
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from tomllib import TOMLDecodeError
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -119,6 +120,8 @@ def read_records(
         held_out: records of earthquakes that nothing is fitted to.
     """
     from core.analysis import AnalysisSettings
+    from service.buildings.description import stored
+    from service.jobs.kept import kept_by_user
     from service.models.model_file import ModelFileError, read as read_model
     from service.models.operations import Reading, records
 
@@ -132,10 +135,11 @@ def read_records(
         message = f"{model} is of building {read.building!r}, {building} describes {code!r}"
         raise typer.BadParameter(message, param_hint="MODEL")
     settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band)
+    digest = sha256(stored(read_text(building)).encode()).hexdigest()
+    kept = kept_by_user(current_settings().jobs.kept_room)
     with refusals():
-        return read, records(
-            files, held_out, described, Reading(read.directions, read.reference, settings), report_step
-        )
+        reading = Reading(read.directions, read.reference, settings, digest, kept)
+        return read, records(files, held_out, described, reading, report_step)
 
 
 def read_usable_records(

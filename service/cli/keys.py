@@ -1,5 +1,6 @@
-"""`menshin key`: keys for the API."""
+"""`menshin key`: keys for the API, and links to one building."""
 
+import getpass
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
@@ -10,11 +11,12 @@ from rich.console import Console
 from rich.table import Table
 
 from service.cli.database import transaction
+from service.cli.inputs import current_settings
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-app = typer.Typer(no_args_is_help=True, help="Keys for the API.")
+app = typer.Typer(no_args_is_help=True, help="Keys for the API, and links to one building.")
 
 Name = Annotated[str, typer.Argument(help="name of the key: who or what uses it")]
 RoleName = Annotated[
@@ -26,11 +28,24 @@ Buildings = Annotated[
     list[str] | None,
     typer.Option("--building", help="code of a building that the key may see; repeat for more; without it all"),
 ]
+Higher = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--on", metavar="CODE=ROLE", help="a higher role on one building, such as TWR=engineer; may be repeated"
+    ),
+]
 Days = Annotated[int | None, typer.Option("--days", min=1, max=3650, help="days until the key ends; without it never")]
 
 
 @app.command()
-def create(context: typer.Context, name: Name, role: RoleName, building: Buildings = None, days: Days = None) -> None:
+def create(
+    context: typer.Context,
+    name: Name,
+    role: RoleName,
+    building: Buildings = None,
+    on: Higher = None,
+    days: Days = None,
+) -> None:
     """Create a key and print it: it cannot be shown again."""
     from service.access import keys
     from service.access.roles import Role
@@ -40,7 +55,8 @@ def create(context: typer.Context, name: Name, role: RoleName, building: Buildin
     now = datetime.now(UTC)
     end = None if days is None else now + timedelta(days=days)
     with _session(context) as session:
-        key = keys.create(session, name, Role[role], now, buildings=building or None, expires_at=end)
+        higher = dict(map(keys.read_role, on or ()))
+        key = keys.create(session, name, Role[role], now, buildings=building or None, higher=higher, expires_at=end)
     typer.echo(key)
 
 
@@ -59,7 +75,7 @@ def every(context: typer.Context) -> None:
             keys.time_in_words(key.used_at, "never"),
             keys.end_in_words(key, now),
         )
-        table.add_row(key.name, key.role, buildings, key.hash.partition(":")[0], *times)
+        table.add_row(key.name, keys.roles_in_words(key), buildings, key.hash.partition(":")[0], *times)
     Console().print(table)
 
 
@@ -73,12 +89,59 @@ def revoke(context: typer.Context, name: Name) -> None:
     typer.echo(f"The key {name!r} is revoked.")
 
 
+@app.command()
+def link(
+    context: typer.Context,
+    code: Annotated[str, typer.Argument(help="code of the building")],
+    name: Annotated[str, typer.Argument(help="person or purpose that the link is for")],
+    days: Annotated[int, typer.Option(min=1, max=366, help="days until the link ends")] = 30,
+) -> None:
+    """Print a link by which whoever has it reads the pages of one building: it cannot be shown again."""
+    from service.access import links
+    from service.buildings.queries import building
+
+    settings = current_settings()
+    public = settings.public_url or f"http://{settings.host}:{settings.port}"
+    with _session(context) as session:
+        shown, _ = building(session, code)
+        _, token = links.create(session, shown, name, getpass.getuser(), datetime.now(UTC), days)
+    typer.echo(links.address(public, token))
+
+
+@app.command("links")
+def every_link(context: typer.Context) -> None:
+    """List all links to buildings, without their secret parts."""
+    from service.access import keys, links
+
+    table = Table("number", "building", "for", "begins with", "made by", "last used", "ends", title="Times are in UTC.")
+    with _session(context) as session:
+        now = datetime.now(UTC)
+        for one in links.every(session):
+            times = (keys.time_in_words(one.used_at, "never"), keys.end_in_words(one, now))
+            begins_with = one.hash.partition(":")[0]
+            table.add_row(str(one.id), one.building.code, one.name, begins_with, one.created_by, *times)
+    Console().print(table)
+
+
+@app.command()
+def unlink(
+    context: typer.Context,
+    number: Annotated[int, typer.Argument(min=1, help="number of the link, from 'menshin key links'")],
+) -> None:
+    """Revoke a link, within a second."""
+    from service.access import links
+
+    with _session(context) as session:
+        name = links.revoke(session, number, datetime.now(UTC)).name
+    typer.echo(f"The link for {name!r} is revoked.")
+
+
 @app.command("logout")
 def log_out(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(help="name of one key; without it all browsers are logged out")] = None,
+    name: Annotated[str | None, typer.Argument(help="name of one key or person:NAME; without it all browsers")] = None,
 ) -> None:
-    """Log out all browsers, or those that used one key."""
+    """Log out all browsers, or those of one key or of one person who signed in."""
     from service.access import keys
 
     with _session(context) as session:
@@ -89,7 +152,7 @@ def log_out(
 @contextmanager
 def _session(context: typer.Context) -> Iterator["Session"]:
     """A transaction on the database; a wrong name ends the command with exit code 1."""
-    from service.access.keys import KeyNameError
+    from service.errors import ConflictError, NotFoundError
 
-    with transaction(context, KeyNameError) as session:
+    with transaction(context, ConflictError, NotFoundError) as session:
         yield session

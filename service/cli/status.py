@@ -85,7 +85,7 @@ def _print_all(found: "list[Status]") -> None:
     for line, verdict in found:
         passed = f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)}" if verdict.checks else "none"
         name = f"{line.Building.code}, {line.Building.name}"
-        row = (name, texts.headline(verdict), texts.MEANINGS[verdict.level], _last(line), passed)
+        row = (name, texts.headline(verdict), texts.meaning(verdict), _last(line), passed)
         table.add_row(*map(Text, row))
     Console().print(table)
 

@@ -20,7 +20,8 @@ import service.drift.tables
 import service.jobs.tables
 import service.models.tables
 import service.notify.tables
-import service.records.tables  # noqa: F401  SQLAlchemy knows a table only once its module is imported
+import service.records.tables
+import service.verdict.tables  # noqa: F401  SQLAlchemy knows a table only once its module is imported
 from service.db.problems import name
 
 BUSY_TIMEOUT = 30.0  # s that a writer waits for another one

@@ -158,8 +158,14 @@ def next_earthquake(
 
 
 def natural(count: int, rng: np.random.Generator) -> Vector:
-    """(count,) m/s²: as many weak earthquakes as nature has, in any order."""
-    return rng.permutation(peak_accelerations(count))
+    """(count,) m/s²: as many weak earthquakes as nature has, in any order.
+
+    The strongest is among the first quarter, so that later ones stay within what the isolators have shown.
+    """
+    peaks = rng.permutation(peak_accelerations(count))
+    early, strongest = rng.integers(max(1, count // 4)), peaks.argmax()
+    peaks[[early, strongest]] = peaks[[strongest, early]]
+    return peaks
 
 
 def weak_then_strong(count: int, rng: np.random.Generator) -> Vector:

@@ -65,6 +65,12 @@ def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
         finished(sessions, job, stop)
 
 
+def _latest(session: Session, model_id: int) -> int:
+    """Number of the latest event that a model can be compared with."""
+    version = model_queries.version(session, model_id)
+    return model_queries.comparable(session, version.building_id, (DIRECTION,), None)[-1].id
+
+
 def _compare(session: Session, model_id: int, event: int) -> int:
     """Queue the comparison of a model with one event; the job's number."""
     return model_requests.compare(session, model_id, WorkRequest(events=[event]), BY, datetime.now(UTC)).id
@@ -98,9 +104,10 @@ SOON = timedelta(seconds=2)
 STEPS = """\
 [bold]The current model misses the strong earthquakes.[/] Something is missing in it; find out what:
  1. open {address}/models/{number}: its error over the events, its loop beside the measured one
- 2. under "Improve it", open the list of events, hold out the latest one, press "Diagnose"
- 3. after half a minute the page has a link "What it lacks": open it and read; press "Add" beside the effect it names
- 4. the page of the model then has a link "the next version": the error has fallen, also on the held-out event
+ 2. open its latest earthquake, {address}/events/{event}: the page shows which earthquakes are fitted and which one is
+    held out; press "Find what model x {version} lacks"
+ 3. the diagnosis appears by itself, within about 20 s: read it, and press "Add" beside the effect that it names
+ 4. the next version appears by itself: the error has fallen, also on the held-out event
  5. press "Make current" there: one more strong earthquake follows, to which nothing was fitted"""
 
 
@@ -124,7 +131,10 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
     if former.accepted_by != BY:
         console.print(f"your model x {former.number} is current: {address}/models/{former.id}", highlight=False)
         return
-    console.print(STEPS.format(address=address, number=former.id), highlight=False, soft_wrap=True)
+    with reading(sessions)() as session:
+        event = _latest(session, former.id)
+    steps = STEPS.format(address=address, number=former.id, version=former.number, event=event)
+    console.print(steps, highlight=False, soft_wrap=True)
     console.print(
         f"the records lie in {write_records(stage)}, for those who would rather work at a command line", soft_wrap=True
     )
@@ -167,9 +177,7 @@ def _show_predictions(
 def _latest_error(model: CurrentVersion, sessions: sessionmaker[Session], stop: Signal) -> float | None:
     """NRMSE of a version for the latest event, None if stopped before."""
     with sessions.begin() as session:
-        version = model_queries.version(session, model.id)
-        latest = model_queries.comparable(session, version.building_id, (DIRECTION,), None)[-1].id
-        job = _compare(session, version.id, latest)
+        job = _compare(session, model.id, _latest(session, model.id))
     if finished(sessions, job, stop) is None:
         return None
     with reading(sessions)() as session:

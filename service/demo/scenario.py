@@ -67,7 +67,7 @@ SHORT = (  # motions that move the layer far and are short
     "Kocaeli, Turkey 1999, Izmit",
 )
 
-BY_DESIGN = Scenario(_by_design, earthquakes=32, peaks=natural, next_peak=(0.3, 1.0))
+BY_DESIGN = Scenario(_by_design, earthquakes=48, peaks=natural, next_peak=(0.3, 1.0))
 """The layer follows the building file; the next earthquake is moderate, so that it is visible."""
 
 HIDDEN_EFFECT = Scenario(

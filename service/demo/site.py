@@ -24,6 +24,17 @@ floor_acceleration = { watch = 7.0, inspect = 8.5, act = 10.0, source = "assumpt
 jma_intensity = { watch = 5.0, inspect = 6.0, source = "assumption of the demonstration" }
 long_period_class = { watch = 4, source = "assumption of the demonstration" }"""
 """Assumed: a building that is designed for intensity 6-lower, and whose superstructure stays elastic."""
+CONTACTS = """\
+[[contact]]
+name = "Engineer on call"
+role = "structural engineer"
+phone = "+81 3 0000 0100"
+mail = "engineer@example.org"
+[[contact]]
+name = "Control room"
+role = "building management"
+phone = "+81 3 0000 0200\""""
+"""Numbers that no telephone has."""
 GROUND, BASE, FLOORS = "ground", "1F", ("2F", "3F", "4F", "5F", "6F", "7F", "roof")
 DIRECTIONS: tuple[Direction, ...] = ("x", "y")
 BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, length that covers every record of the demonstration
@@ -110,7 +121,7 @@ def building_file(server: str, installed: Sequence[Sensor] = SENSORS) -> str:
         + f'quantity = "{s.quantity}"'
         for s in installed
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, CONTACTS]) + "\n"
 
 
 def inventory(installed: Sequence[Sensor] = SENSORS) -> Inventory:

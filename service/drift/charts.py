@@ -11,7 +11,7 @@ from core.drift.quantities import BOTH_DIRECTIONS
 from core.rounding import supported
 from service.analyses.mode_tracks import DIRECTIONS
 from service.drift.schema import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
-from service.reports.charts import BLUE, CONFIG, KN, KN_PER_MM, LOG_OR_LINEAR, MM, ORANGE
+from service.reports.charts import BLUE, CONFIG, DARK_ORANGE, KN, KN_PER_MM, LOG_OR_LINEAR, MM, ORANGE, values
 
 PERCENT = 1e2
 WIDEST = 46
@@ -41,7 +41,7 @@ CURVES: Mapping[str, Axes] = MappingProxyType(
 """Axes by quantity; quantities without an amplitude have no curve."""
 HISTORIES: Mapping[str, tuple[str, float]] = MappingProxyType({"residual_displacement": ("change (mm)", MM)})
 RELATIVE = ("change (%)", PERCENT)
-OLDER, DARK = "#8a929c", "#8a4a08"
+OLDER = "#8a929c"
 SHADES = ((OLDER, True), (OLDER, False), (BLUE, True), (BLUE, False))
 """Colour and filling of events: of the reference or later, tested or not."""
 
@@ -49,9 +49,9 @@ SHADES = ((OLDER, True), (OLDER, False), (BLUE, True), (BLUE, False))
 def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str) -> alt.LayerChart:
     """The curve with its band, and the measurements of the latest event; bars are ± 1 standard deviation."""
     axes = CURVES[known.quantity]
-    curve = alt.InlineData(values=[_curve_row(point, axes) for point in known.items])
-    seen = alt.InlineData(values=[_curve_row(point, axes) for point in known.items if point.is_seen])
-    points = alt.InlineData(values=[_point_row(one, axes) for one in latest if one.amplitude is not None])
+    curve = values([_curve_row(point, axes) for point in known.items])
+    seen = values([_curve_row(point, axes) for point in known.items if point.is_seen])
+    points = values([_point_row(one, axes) for one in latest if one.amplitude is not None])
     x = alt.X("amplitude:Q", title=axes.amplitude).scale(type="log", nice=False).axis(tickCount=6, labelOverlap=True)
     y = alt.Y("expected:Q", title=axes.value).scale(zero=False).axis(minExtent=WIDEST)
     band = alt.Chart(curve).mark_area(color=BLUE, opacity=0.18).encode(x, alt.Y("low:Q", title=axes.value), y2="high:Q")
@@ -71,7 +71,7 @@ def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str
 
 def history(
     quantity: str,
-    values: Mapping[str, Sequence[DriftRow]],
+    changes: Mapping[str, Sequence[DriftRow]],
     alarms: Mapping[str, Sequence[DriftAlarmRow]],
     title: str,
 ) -> alt.VConcatChart:
@@ -79,12 +79,12 @@ def history(
 
     Args:
         quantity: one of core.drift.quantities.
-        values: by subject, each with one at least.
+        changes: by subject, each with one at least.
         alarms: by subject.
         title: title of the picture.
     """
     axis, scale = HISTORIES.get(quantity, RELATIVE)
-    panels = [_panel(subject, rows, alarms.get(subject, ()), axis, scale) for subject, rows in values.items()]
+    panels = [_panel(subject, rows, alarms.get(subject, ()), axis, scale) for subject, rows in changes.items()]
     legend = "bars: ± 1 standard deviation; grey: reference; hollow: not tested; orange: alarm with its 95 % interval"
     return alt.vconcat(*panels, title=alt.Title(title, subtitle=legend, offset=12), spacing=14, config=CONFIG)
 
@@ -110,18 +110,18 @@ def _panel(
     vertical = alt.Scale(domain=[min(heights) - spare, max(heights) + spare], nice=False, zero=False)
     x = alt.X("start:T", title="event (UTC)", axis=alt.Axis(format="%Y-%m", tickCount=6)).scale(type="utc", padding=10)
     y = alt.Y("low:Q", title=axis, scale=vertical, axis=alt.Axis(minExtent=WIDEST, tickCount=5))
-    zero = alt.Chart(alt.InlineData(values=[{"low": 0.0}])).mark_rule(color="#555").encode(y)
+    zero = alt.Chart(values([{"low": 0.0}])).mark_rule(color="#555").encode(y)
     layers = [*_alarms(marked, x, y), zero, *(_points(drawn, shade, filled, x, y, axis) for shade, filled in SHADES)]
     return alt.LayerChart(layer=layers, title=alt.Title(named(subject), fontSize=13), width=640, height=130)
 
 
 def _alarms(rows: Sequence[Mapping[str, object]], x: alt.X, y: alt.Y) -> list[alt.Chart]:
     """From the onset on, the interval of each drift with its size."""
-    chart = alt.Chart(alt.InlineData(values=list(rows)))
+    chart = alt.Chart(values(rows))
     return [
         chart.mark_rect(color=ORANGE, opacity=0.22).encode(x, y, x2="end:T", y2="high:Q"),
         chart.mark_rule(color=ORANGE, strokeDash=[5, 3], strokeWidth=1.5).encode(x),
-        chart.mark_text(align="left", dx=4, color=DARK, fontSize=12).encode(x, y=alt.value(9), text="label:N"),
+        chart.mark_text(align="left", dx=4, color=DARK_ORANGE, fontSize=12).encode(x, y=alt.value(9), text="label:N"),
     ]
 
 
@@ -130,7 +130,7 @@ def _points(
 ) -> alt.LayerChart:
     """Points of one kind, with their bars."""
     own = [row for row in rows if (row["shade"], row["is_tested"]) == (shade, filled)]
-    data = alt.Chart(alt.InlineData(values=own))
+    data = alt.Chart(values(own))
     bars = data.mark_rule(color=shade, opacity=0.6).encode(x, y, y2="high:Q")
     marks = data.mark_point(stroke=shade, fill=shade if filled else "white", size=34, opacity=1)
     tooltip = [

@@ -12,7 +12,7 @@ from core.drift.alarms import printed_change
 from core.drift.quantities import BOTH_DIRECTIONS, QUANTITIES
 from service.access.pages import reader
 from service.analyses import history as analysis_history
-from service.buildings import queries as building_queries
+from service.buildings import queries as building_queries, store as building_store
 from service.buildings.reference_periods import in_force
 from service.db.select import Span
 from service.drift import charts, queries
@@ -28,7 +28,7 @@ from service.http.responses import TaggedRoute
 from service.jobs import queue as job_queue
 from service.reports.charts import Picture
 
-VALUES = 5000
+VALUES = 3000
 """Most points in a picture: more cannot be distinguished."""
 
 router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)], route_class=TaggedRoute)
@@ -49,6 +49,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             request,
             "drift",
             building=building,
+            zone=building_store.zone(session, building),
             quantities=_by_quantity(series),
             alarms=alarms,
             periods=periods[::-1],
@@ -95,11 +96,13 @@ def baseline(wanted: As, sessions: Reading, building: BuildingCode, quantity: Qu
     with sessions() as session:
         row, _ = building_queries.building(session, building)
         series = queries.one_series(session, row.id, quantity, subject)
+        last = queries.latest_value(session, series.id)
+    if last is None:
+        raise NotFoundError("value yet of", f"{quantity}/{subject}")
 
     def draw() -> Picture:
         with sessions() as session:
-            rows = queries.observations(session, row.id, quantity, subject, None)
-        latest = [one for one in rows if one.event == rows[-1].event]
+            latest = queries.observations(session, row.id, quantity, subject, last.event_id)
         known = baseline_answer(building, series, latest[-1].temperature, 80)
         if not known.items:
             raise NotFoundError("baseline yet of", f"{quantity}/{subject}")

@@ -14,6 +14,9 @@ from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries
 from service.errors import NotFoundError
 from service.records.tables import Event
 
+LAST = 20
+"""Events among which the latest value of most series is."""
+
 
 def every_series(session: Session, building_id: int) -> Sequence[MonitoredSeries]:
     """Every monitored series of a building, by quantity and subject."""
@@ -76,10 +79,31 @@ def counts(session: Session, building_id: int) -> Mapping[int, int]:
 
 
 def latest_values(session: Session, building_id: int) -> Mapping[int, DriftValue]:
-    """The value of the latest event of each series, by series."""
-    query = select(DriftValue).join(MonitoredSeries).join(Event, Event.id == DriftValue.event_id)
-    rows = session.scalars(query.where(MonitoredSeries.building_id == building_id).order_by(Event.start, Event.id))
-    return {value.series_id: value for value in rows}
+    """The value of the latest event of each series, by series.
+
+    Most series have one of the last events; the others are read one by one.
+    """
+    series = session.scalars(select(MonitoredSeries.id).where(MonitoredSeries.building_id == building_id)).all()
+    of_time = (Event.start.desc(), Event.id.desc())
+    last = select(Event.id).where(Event.building_id == building_id).order_by(*of_time).limit(LAST).subquery()
+    query = select(DriftValue).join(Event, Event.id == DriftValue.event_id).where(DriftValue.series_id.in_(series))
+    found: dict[int, DriftValue] = {}
+    for value in session.scalars(query.where(DriftValue.event_id.in_(select(last.c.id))).order_by(*of_time)):
+        found.setdefault(value.series_id, value)
+    rest = {number: latest_value(session, number) for number in set(series) - found.keys()}
+    return found | {number: value for number, value in rest.items() if value is not None}
+
+
+def latest_value(session: Session, series: int) -> DriftValue | None:
+    """The value of the latest event of a series."""
+    query = select(DriftValue).join(Event, Event.id == DriftValue.event_id).where(DriftValue.series_id == series)
+    return session.scalars(query.order_by(Event.start.desc(), Event.id.desc()).limit(1)).one_or_none()
+
+
+def sure_alarms(session: Session, building_id: int) -> Mapping[int, int]:
+    """Number of alarms that the rules are sure of, by series; series without one are missing."""
+    query = select(DriftAlarm.series_id, func.count()).join(MonitoredSeries).group_by(DriftAlarm.series_id)
+    return dict(session.execute(query.where(MonitoredSeries.building_id == building_id, DriftAlarm.is_sure)).all())
 
 
 def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
@@ -97,6 +121,7 @@ def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
 def series_rows(session: Session, building_id: int) -> list[SeriesRow]:
     """Every monitored series of a building with its latest value."""
     numbers, latest = counts(session, building_id), latest_values(session, building_id)
+    sure = sure_alarms(session, building_id)
     return [
         SeriesRow(
             quantity=series.quantity,
@@ -107,7 +132,7 @@ def series_rows(session: Session, building_id: int) -> list[SeriesRow]:
             latest_event=None if last is None else last.event_id,
             latest_value=None if last is None else last.value,
             latest_std=None if last is None else last.std,
-            alarms=sum(alarm.is_sure for alarm in series.alarms),
+            alarms=sure.get(series.id, 0),
             monitored_at=series.created_at,
         )
         for series in every_series(session, building_id)
@@ -123,7 +148,7 @@ def observations(
     Raises:
         NotFoundError: no series of that name is measured at the building.
     """
-    for series in monitored_series(session, building_id, (quantity,)):
+    for series in monitored_series(session, building_id, (quantity,), event):
         if series.subject == subject:
             wanted = [one for one in series.measurements if event is None or one.event == event]
             return [ObservationRow.model_validate(one) for one in sorted(wanted, key=attrgetter("time", "event"))]

@@ -6,6 +6,7 @@ analysed makes no difference.
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import datetime
+from functools import partial
 from itertools import chain
 from types import MappingProxyType
 
@@ -33,19 +34,30 @@ from service.models import queries as model_queries
 
 Temperatures = Mapping[int, float]
 """°C, by event; only events with a thermometer."""
+Reader = Callable[[Session, int, Temperatures], Iterator[Named]]
 
 
 def monitored_series(
-    session: Session, building_id: int, quantities: Collection[str] = QUANTITIES.keys()
+    session: Session,
+    building_id: int,
+    quantities: Collection[str] = QUANTITIES.keys(),
+    event: int | None = None,
 ) -> tuple[Series, ...]:
     """Every series of a building, or those of some quantities, by quantity and subject.
 
     `model_error` is of a direction; the subjects of the others are those of `core.drift.from_analyses.drift_series`.
+
+    Args:
+        session: of the database.
+        building_id: number of the building.
+        quantities: names in core.drift.quantities.
+        event: number of the event whose cycles are enough; the other quantities are of all events even so.
     """
     temperatures = dict(history.temperatures(session, building_id))
+    readers: dict[Reader, frozenset[str]] = {**READERS, partial(_cycles, only=event): CYCLE_QUANTITIES}
     named = chain.from_iterable(
         read(session, building_id, temperatures)
-        for read, provided in READERS.items()
+        for read, provided in readers.items()
         if not provided.isdisjoint(quantities)
     )
     return tuple(one for one in series_of(named) if one.quantity in quantities)
@@ -55,8 +67,8 @@ def _event(number: int, start: datetime, temperatures: Temperatures) -> Analysed
     return AnalysedEvent(number, start, temperatures.get(number))
 
 
-def _cycles(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
-    for row in history.all_cycles(session, building_id):
+def _cycles(session: Session, building_id: int, temperatures: Temperatures, only: int | None) -> Iterator[Named]:
+    for row in history.all_cycles(session, building_id, only):
         cycle = EquivalentSegment(
             row.start, row.end, row.amplitude, None, row.k_eq, row.k_eq_std, row.c_eq, row.c_eq_std
         )
@@ -106,13 +118,14 @@ def _model_errors(session: Session, building_id: int, temperatures: Temperatures
         )
 
 
-READERS: Mapping[Callable[[Session, int, Temperatures], Iterator[Named]], frozenset[str]] = MappingProxyType(
+READERS: Mapping[Reader, frozenset[str]] = MappingProxyType(
     {
-        _cycles: frozenset({"stiffness", "damping"}),
         _residuals: frozenset({"residual_displacement"}),
         _sensors: SENSOR_QUANTITIES,
         _frequencies: frozenset({"frequency"}),
         _model_errors: frozenset({"model_error"}),
     }
 )
-"""Functions that read a building's measurements, with the quantities that they give."""
+"""Functions that read a building's measurements of all events, with the quantities that they give."""
+CYCLE_QUANTITIES = frozenset({"stiffness", "damping"})
+"""Quantities that `_cycles` gives."""

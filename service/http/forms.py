@@ -19,6 +19,7 @@ SECRETS = frozenset({"key", "secret"})
 EMPTY = "this must not be empty"
 PATTERNS = {
     r"\S": EMPTY,
+    r"^[^\x00]*\S[^\x00]*$": "this must say something, without the character NUL",
     r"^\S+$": "this must not contain spaces",
     r"^[!-~]+$": "this must not contain spaces or accented letters",
     r"^[^\x00-\x1f]+$": "this must be one line of text",
@@ -137,6 +138,10 @@ def _in_words(error: ErrorDetails) -> str:
             return f"this must not be longer than {about['max_length']} characters"
         case "string_pattern_mismatch":
             return PATTERNS.get(about["pattern"], "this is not in the form that is needed")
+        case "greater_than_equal":
+            return f"this must be at least {about['ge']}"
+        case "less_than_equal":
+            return f"this must be at most {about['le']}"
         case "literal_error":
             return f"choose {about['expected']}"
         case "value_error":

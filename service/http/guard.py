@@ -25,7 +25,9 @@ from service.access.roles import ends_soon
 from service.errors import ServiceError, TooLargeError
 from service.http import problems
 
-OPEN = frozenset({"/healthz", "/readyz", "/login", "/logout", "/openapi.json"})
+OPEN = frozenset(
+    {"/healthz", "/readyz", "/login", "/login/provider", "/login/callback", "/link", "/logout", "/openapi.json"}
+)
 """Paths that need no key; `/static/` needs none either."""
 BODY = 64 * 2**10
 """Largest body in bytes, except that of a posted request to /fdsnws."""

@@ -1,13 +1,14 @@
 """Libraries of pages: files from installed wheels, at addresses with their versions, which browsers keep for a year.
 
-Vega-Embed draws live charts (BSD-3-Clause, from the wheel of vl-convert-python). A new version of the wheel is a new
-version of its file.
+Vega-Embed draws live charts (BSD-3-Clause, from the wheel of vl-convert-python). Swagger UI shows the API (Apache-2.0,
+from the wheel of fastapi-offline). A new version of the wheel is a new version of its file.
 """
 
 import gzip
 from collections.abc import Callable, Mapping
-from functools import cache
-from importlib.metadata import version
+from functools import cache, partial
+from importlib.metadata import distribution, version
+from pathlib import Path as File
 from types import MappingProxyType
 
 import vl_convert
@@ -17,21 +18,32 @@ from service.errors import NotFoundError
 from service.http.responses import is_known, tag
 
 FOLDER = "/static/libraries"
-NOTICE = "/* {} {}, {}; from the Python wheel {} {} */\n"
+NOTICE = "/* {}, {}; from the Python wheel {} {} */\n"
 
 router = APIRouter(include_in_schema=False)
 
 
 def _vega() -> bytes:
     notice = NOTICE.format(
-        "Vega-Embed, Vega and Vega-Lite", vl_convert.get_vega_embed_version(), "BSD-3-Clause", *_VEGA
+        f"Vega-Embed {vl_convert.get_vega_embed_version()}, Vega and Vega-Lite", "BSD-3-Clause", *_VEGA
     )
     return (notice + vl_convert.javascript_bundle(snippet="window.vegaEmbed = vegaEmbed;")).encode()
 
 
+def _swagger(ending: str) -> bytes:
+    wheel = distribution("fastapi-offline")
+    content = File(str(wheel.locate_file(f"fastapi_offline/static/{ending}"))).read_bytes()
+    return NOTICE.format("Swagger UI", "Apache-2.0", *_SWAGGER).encode() + content
+
+
 _VEGA = "vl-convert-python", version("vl-convert-python")
+_SWAGGER = "fastapi-offline", version("fastapi-offline")
 FILES: Mapping[str, tuple[str, Callable[[], bytes]]] = MappingProxyType(
-    {f"vega-embed-{_VEGA[1]}.js": ("text/javascript", _vega)}
+    {
+        f"vega-embed-{_VEGA[1]}.js": ("text/javascript", _vega),
+        f"swagger-ui-{_SWAGGER[1]}.js": ("text/javascript", partial(_swagger, "swagger-ui-bundle.js")),
+        f"swagger-ui-{_SWAGGER[1]}.css": ("text/css", partial(_swagger, "swagger-ui.css")),
+    }
 )
 """Media type and content by name."""
 

@@ -28,6 +28,8 @@ ModelId = Annotated[int, Path(description="Number of the model.", ge=1, le=LARGE
 JobId = Annotated[int, Path(description="Number of the job.", ge=1, le=LARGEST, examples=[1])]
 ReceiverId = Annotated[int, Path(description="Number of the receiver.", ge=1, le=LARGEST, examples=[1])]
 MessageId = Annotated[int, Path(description="Number of the message.", ge=1, le=LARGEST, examples=[1])]
+KeyId = Annotated[int, Path(description="Number of the key.", ge=1, le=LARGEST, examples=[1])]
+LinkId = Annotated[int, Path(description="Number of the link.", ge=1, le=LARGEST, examples=[1])]
 DeliveryId = Annotated[int, Path(description="Number of the delivery.", ge=1, le=LARGEST, examples=[1])]
 ChannelId = Annotated[
     str,
@@ -72,7 +74,7 @@ def span_of_request(
 
 async def reading_sessions(request: Request) -> sessionmaker[Session]:
     """Sessions that only read, limited to the caller's buildings."""
-    return limited(request.app.state.reading, auth.caller(request))
+    return limited(request.app.state.reading, lambda: auth.caller(request))
 
 
 async def writing_sessions(request: Request) -> sessionmaker[Session]:
@@ -84,7 +86,7 @@ async def writing_sessions(request: Request) -> sessionmaker[Session]:
             auth.caller(request).name, address, request.method, request.url.path, captured(request.scope)
         )
 
-    return limited(audited(request.app.state.sessions, audit_context), auth.caller(request))
+    return limited(audited(request.app.state.sessions, audit_context), lambda: auth.caller(request))
 
 
 EventSpan = Annotated[Span, Depends(span_of_request)]

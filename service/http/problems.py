@@ -11,7 +11,8 @@ from sqlalchemy.exc import InterfaceError, OperationalError, TimeoutError as Poo
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from service.errors import ServiceError
+from service.access.auth import is_narrowed
+from service.errors import NotFoundError, ServiceError
 
 PROBLEM = "application/problem+json"
 DETAIL = {
@@ -19,6 +20,7 @@ DETAIL = {
     405: "This path does not support the method; the header Allow lists the supported ones.",
     500: "Internal error; the service's log has the details.",
 }
+ROLE_TOO_LOW = " If it exists, your role there is too low for this request."
 UNREACHABLE = (OperationalError, InterfaceError, PoolTimeoutError)
 """Database errors that mean that the database does not answer or is too busy."""
 AWAY = "The database does not answer. The service continues as soon as it does; try again soon."
@@ -34,10 +36,11 @@ def problem(status: int, detail: str, headers: Mapping[str, str] | None = None, 
     return Response(orjson.dumps(document | members), status, dict(headers or {}), PROBLEM)
 
 
-def service_problem(_: Request, error: Exception) -> Response:
+def service_problem(request: Request, error: Exception) -> Response:
     """The problem document of a rejected request."""
     assert isinstance(error, ServiceError)
-    return problem(error.status, str(error), error.headers)
+    detail = f"{error}{ROLE_TOO_LOW}" if isinstance(error, NotFoundError) and is_narrowed(request) else str(error)
+    return problem(error.status, detail, error.headers)
 
 
 def framework_problem(request: Request, error: Exception) -> Response:

@@ -76,6 +76,8 @@ class Tagged(Response):
 
     def __init__(self, make: Callable[[], bytes], media_type: str, *identity: object) -> None:
         super().__init__(media_type=media_type)
+        self.name: str | None = None
+        """File name under which a browser saves it; None: by its address."""
         self.make = make
         self.etag = tag(VERSION, media_type, *identity)
 
@@ -112,7 +114,8 @@ async def _made(request: Request, answer: Tagged) -> Response:
     if body is None:
         body = await run_in_threadpool(answer.make)
         answers.keep(etag, body)
-    return Response(body, headers=_caching(etag), media_type=answer.media_type)
+    named = {} if answer.name is None else {"Content-Disposition": f'inline; filename="{answer.name}"'}
+    return Response(body, headers=_caching(etag) | named, media_type=answer.media_type)
 
 
 def _written(request: Request, body: bytes, media_type: str, headers: Mapping[str, str] | None = None) -> Response:
@@ -196,6 +199,14 @@ def responses(model: type[BaseModel], *statuses: int, csv: bool = False) -> dict
         304: {"description": "Unchanged since the tag in If-None-Match."},
     }
     return {"response_model": model, "responses": special | openapi_responses(401, 403, 422, *statuses)}
+
+
+def file_responses(media_type: str, description: str, *statuses: int) -> dict[str, Any]:
+    """The same for a file, which the endpoint returns as `Tagged`."""
+    described = responses(BaseModel, *statuses)["responses"]
+    schema = {"type": "string", "description": description}
+    described[200] = described[200] | {"content": {media_type: {"schema": schema}}, "description": description}
+    return {"response_class": Response, "response_model": None, "responses": described}
 
 
 def table_responses(model: type[BaseModel], *statuses: int) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Kinds of jobs: inputs are read, computed in other processes stage by stage with progress, and results are stored."""
 
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -56,9 +56,9 @@ class Stage:
     """A module's function."""
     arguments: Callable[[Sequence[Any], ReportStep], tuple[Any, ...]]
     """Arguments of the function, from the results of earlier stages and a progress report."""
-    key: Hashable | None = None
-    """Everything that the result depends on, if another job may need it too: a worker that has it does not compute it
-    again. The last stage of a job is always computed."""
+    key: str | None = None
+    """Digest of everything that the result depends on, if another job may need it too: a worker that has it does not
+    compute it again. The last stage of a job is always computed."""
 
 
 @dataclass(frozen=True, slots=True)

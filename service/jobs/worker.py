@@ -3,8 +3,7 @@
 import logging
 import os
 import socket
-from collections import OrderedDict
-from collections.abc import Callable, Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -24,6 +23,7 @@ from service.db.process_leases import WORKING
 from service.db.sessions import reading
 from service.jobs import queue
 from service.jobs.executors import Executors, end, without_interrupts
+from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.jobs.stages import Kind, Note, Running, silent
 from service.settings import Settings
@@ -34,8 +34,6 @@ IDLE = 0.5
 """s between two queries for waiting jobs."""
 HEED = 2.0
 """s between two queries for cancelled jobs."""
-KEPT = 12
-"""Results of stages that a worker keeps, those used last. An analysis of 180 s in two directions has 8 MB. A choice."""
 
 
 class JobTimeoutError(Exception):
@@ -67,8 +65,8 @@ class Worker:
     running: dict[Future[Any], Running] = field(default_factory=dict)
     timer: Callable[[], float] = monotonic
     """s; independent of changes of the clock."""
-    kept: OrderedDict[Hashable, Any] = field(default_factory=OrderedDict)
-    """Results of stages by their keys, the latest used last; at most KEPT."""
+    kept: Kept = field(default_factory=Kept)
+    """Results of stages."""
     extended_at: float | None = None
     cancelled_checked_at: float = -float("inf")
     """s of the timer at the latest query for cancelled jobs."""
@@ -224,7 +222,8 @@ class Worker:
         """Continue with the next stage, or store the result; True if the job has left this worker."""
         try:
             result = future.result()
-            self._keep(job.stage.key, result)
+            if job.stage.key is not None:
+                self.kept.add(job.stage.key, result)
             after = replace(job, results=(*job.results, result))
             if len(after.results) < len(after.stages):
                 self._submit(after)
@@ -246,19 +245,13 @@ class Worker:
             future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
         self.running[future] = replace(job, note=note, reported=None)
 
-    def _keep(self, key: Hashable | None, result: object) -> None:
-        """Keep a result in place of the one that was not used for longest."""
-        if key is not None:
-            self.kept[key] = result
-            self.kept.move_to_end(key)
-            if len(self.kept) > KEPT:
-                self.kept.popitem(last=False)
-
     def _with_kept_results(self, job: Running) -> Running:
         """The job past those of its next stages, but for the last, whose results are kept."""
-        while len(job.results) + 1 < len(job.stages) and (key := job.stage.key) is not None and key in self.kept:
-            self.kept.move_to_end(key)
-            job = replace(job, results=(*job.results, self.kept[key]))
+        while len(job.results) + 1 < len(job.stages) and (key := job.stage.key) is not None:
+            result = self.kept.find(key)
+            if result is None:
+                break
+            job = replace(job, results=(*job.results, result))
         return job
 
     def _tell(self, job: Running, doing: str) -> None:

@@ -3,15 +3,19 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from math import inf, isfinite, sqrt
-from typing import Any
+from typing import Any, cast
 
 from sqlalchemy.orm import Session
 
 from core.comparison.misfit import Misfit, pooled
 from core.effect import Parameter
 from core.effects import EFFECTS
+from core.errors import ModelError
+from core.model.isolator import Isolator
 from service.analyses.schema import FindingOut
-from service.models import queries, trend as model_trend
+from service.errors import ConflictError
+from service.models import queries, texts, trend as model_trend
+from service.models.model_file import Directions, ModelFile
 from service.models.results import Findings, MisfitOut, PredictionOut
 from service.models.schema import (
     ComparisonOut,
@@ -55,6 +59,33 @@ def whole(session: Session, model: ModelVersion) -> ModelOut:
         outcome=model.outcome,
         fitted_to=_events(compared, "fitted"),
         left_out=_events(compared, "left_out"),
+    )
+
+
+def model_file(session: Session, model: ModelVersion) -> ModelFile:
+    """A version as the content of a model file.
+
+    Raises:
+        ConflictError: it names an effect that there is not.
+    """
+    try:
+        isolator = Isolator.of_all_values(model.effects)
+    except ModelError as error:
+        raise ConflictError(texts.no_model(error)) from None
+    compared = queries.latest_comparisons(session, [model.id])[model.id]
+    fitted = dict.fromkeys(f"{event.start:%Y-%m-%dT%H:%M:%SZ}" for one, event in compared if one.role == "fitted")
+    return ModelFile(
+        building=model.building.code,
+        direction=cast(Directions, model.direction),
+        isolator=isolator,
+        reference=model.reference,
+        parent=None if model.parent_id is None else f"model {model.parent_id}",
+        assumed=tuple(model.assumed),
+        fitted_to=tuple(fitted),
+        standard_deviations={
+            effect: {name: inf if value is None else value for name, value in own.items()}
+            for effect, own in model.standard_deviations.items()
+        },
     )
 
 

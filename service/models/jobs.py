@@ -36,11 +36,12 @@ class Fitted:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One of a diagnosis."""
+    """One chart of a diagnosis."""
 
     title: str
     caption: str
-    svg: str
+    spec: Mapping[str, Any]
+    """Of Vega-Lite."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,14 +74,11 @@ def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, re
 
 def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Diagnosis:
     """Every effect that the model does not have, added to it and fitted to the events; errors as of `fitted`."""
-    import vl_convert
-
-    from service.models.figures import diagnosis_figures
-    from service.reports.charts import CONFIG
-
     done = diagnose(model, parent, events, report_step)
+    from service.models.figures import diagnosis_figures  # slow to import
+
     drawn = tuple(
-        Picture(figure.title, figure.caption, vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG))
+        Picture(figure.title, figure.caption, picture.to_dict(validate=False))
         for figure in diagnosis_figures(done.result)
         for picture in figure.pictures
     )
@@ -161,7 +159,9 @@ def store_diagnosis(session: Session, claim: Claim, inputs: WorkInputs, done: Se
         outcome=result.outcome,
         sentences=list(result.sentences),
         document=dict(result.document),
-        pictures=[DiagnosisPicture(title=one.title, caption=one.caption, svg=one.svg) for one in result.pictures],
+        pictures=[
+            DiagnosisPicture(title=one.title, caption=one.caption, spec=dict(one.spec)) for one in result.pictures
+        ],
     )
     session.add(stored)
     session.flush()

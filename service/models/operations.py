@@ -1,14 +1,14 @@
 """The workbench on files: records read and analysed, and core's operations with the model files that they make."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from core import workbench
-from core.analysis import AnalysisSettings, analyse
+from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.description import BuildingDescription
 from core.errors import CoreError, RecordError
 from core.record import Direction
@@ -17,7 +17,9 @@ from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, analysed, joined
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
+from service.analyses.store import analysis_key
 from service.buildings.description import BuildingFile
+from service.jobs.kept import Kept
 from service.jobs.stages import ReportStep
 from service.models import texts
 from service.models.model_file import ModelFile
@@ -37,6 +39,10 @@ class Reading:
     reference: datetime | None
     """Instant from which effects count time; None for the start of the first record."""
     settings: AnalysisSettings
+    description_sha256: str = ""
+    """Digest of the building's description; empty: no analysis is kept."""
+    kept: Kept = field(default_factory=Kept)
+    """Analyses of earlier commands."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +167,19 @@ def _analysed(
 ) -> AnalysedEarthquake:
     name = _name(event)
     try:
-        analysis = analyse(event.segments, description, reading.settings)
+        analysis = _kept_analysis(event, description, reading)
     except CoreError as error:
         return AnalysedEarthquake(name, None, (), str(error))
     return analysed(name, analysis, description, reading.directions, reference)
+
+
+def _kept_analysis(event: EventFiles, description: BuildingDescription, reading: Reading) -> EventAnalysis:
+    """The analysis of an earlier command, or a new one, which is kept."""
+    if not reading.description_sha256:
+        return analyse(event.segments, description, reading.settings)
+    key = analysis_key(event.segments, reading.description_sha256, reading.settings)
+    found: EventAnalysis | None = reading.kept.find(key)
+    if found is None:
+        found = analyse(event.segments, description, reading.settings)
+        reading.kept.add(key, found)
+    return found

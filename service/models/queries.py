@@ -2,12 +2,13 @@
 
 from collections.abc import Collection, Mapping, Sequence
 
-from sqlalchemy import ColumnElement, Select, exists, select, tuple_
+from sqlalchemy import ColumnElement, Select, exists, func, select, tuple_
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from service.analyses.tables import Analysis, DirectionResult
 from service.db.select import Line, Place
 from service.errors import NotFoundError
+from service.models.choice import Moved
 from service.models.tables import DiagnosisPicture, ModelComparison, ModelDiagnosis, ModelVersion
 from service.records.tables import Event
 
@@ -54,6 +55,13 @@ def current_versions(session: Session, building_id: int) -> Sequence[ModelVersio
     """The current versions, one of a direction at most."""
     query = select(ModelVersion).where(ModelVersion.building_id == building_id, ModelVersion.state == "current")
     return session.scalars(query.order_by(ModelVersion.direction)).all()
+
+
+def former_version(session: Session, current: ModelVersion) -> ModelVersion | None:
+    """The version that was current before; None if there was none."""
+    of_line = (ModelVersion.building_id == current.building_id, ModelVersion.direction == current.direction)
+    query = select(ModelVersion).where(*of_line, ModelVersion.state == "retired")
+    return session.scalars(query.order_by(ModelVersion.accepted_at.desc()).limit(1)).one_or_none()
 
 
 def comparisons(
@@ -112,6 +120,34 @@ def comparable(
     return session.scalars(query.order_by(Event.start, Event.id)).all()
 
 
+def latest_comparable(session: Session, building_id: int, directions: Collection[str], limit: int) -> Sequence[Event]:
+    """The latest so many events of `comparable`, the latest first."""
+    query = _analysed(building_id).where(_has_motion(directions))
+    return session.scalars(query.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
+
+
+def moved(session: Session, building_id: int, directions: Collection[str]) -> list[Moved]:
+    """The events of `comparable`, each with its largest displacement in these directions."""
+    largest = func.max(DirectionResult.peak_displacement)
+    query = (
+        select(Event.id, Event.start, largest)
+        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+        .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+        .where(Event.building_id == building_id, DirectionResult.direction.in_(directions))
+        .where(DirectionResult.displacement.is_not(None))
+        .group_by(Event.id, Event.start)
+        .order_by(Event.start, Event.id)
+    )
+    return [Moved(event, start, displacement or 0.0) for event, start, displacement in session.execute(query)]
+
+
+def of_event(session: Session, model_id: int, event_id: int) -> Sequence[ModelComparison]:
+    """The latest comparisons of a version with an event, one of each direction."""
+    query = select(ModelComparison).where(ModelComparison.model_id == model_id, ModelComparison.event_id == event_id)
+    last = {one.direction: one for one in session.scalars(query.order_by(ModelComparison.id))}
+    return [last[direction] for direction in sorted(last)]
+
+
 def not_comparable(session: Session, building_id: int, directions: Collection[str]) -> Sequence[Event]:
     """Events that were analysed, but for refused or without the layer's motion in these directions; earliest first."""
     query = _analysed(building_id).where(~_has_motion(directions))
@@ -153,13 +189,14 @@ def diagnosis(session: Session, identity: int) -> ModelDiagnosis:
     return row
 
 
-def picture(session: Session, identity: int) -> str:
-    """A picture of a diagnosis as SVG.
+def picture(session: Session, identity: int) -> DiagnosisPicture:
+    """A chart of a diagnosis.
 
     Raises:
         NotFoundError: there is none by that number.
     """
-    svg = session.scalar(select(DiagnosisPicture.svg).where(DiagnosisPicture.id == identity))
-    if svg is None:
+    query = select(DiagnosisPicture).options(undefer(DiagnosisPicture.svg), undefer(DiagnosisPicture.spec))
+    row = session.scalars(query.where(DiagnosisPicture.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("picture", identity)
-    return svg
+    return row

@@ -220,15 +220,24 @@ class EffectRequest(FitRequest):
     )
 
 
+USE = "use_"
+"""Beginning of the name of an event's three buttons in a form."""
+USES = ("fit", "hold_out", "aside")
+
+
 class FitForm(FitRequest):
-    """The same by the form of the page, which has a box for each event; it has fields of other buttons as well."""
+    """The same by a form: a box for each event, or three buttons; it has fields of other buttons as well."""
 
     model_config = ConfigDict(extra="ignore", strict=True)
 
     @model_validator(mode="before")
     @classmethod
     def _boxes(cls, fields: dict[str, object]) -> dict[str, object]:
-        lists = {"events": ticked(fields, "event_"), "hold_out": ticked(fields, HOLD_OUT)}
+        chosen = {use: [one for one in ticked(fields, USE) if fields[f"{USE}{one}"] == use] for use in USES}
+        lists = {
+            "events": ticked(fields, "event_") + chosen["fit"],
+            "hold_out": ticked(fields, HOLD_OUT) + chosen["hold_out"],
+        }
         return fields | {name: numbers for name, numbers in lists.items() if numbers}
 
     @field_validator("events", "hold_out", mode="before")

@@ -3,8 +3,8 @@
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint, column
-from sqlalchemy.orm import Mapped, mapped_column, relationship
+from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint, column, null
+from sqlalchemy.orm import Mapped, column_property, mapped_column, relationship
 
 from service.buildings.tables import Building
 from service.db.base import Base
@@ -122,12 +122,16 @@ class ModelDiagnosis(Base):
 
 
 class DiagnosisPicture(Base):
-    """One picture of a diagnosis."""
+    """One chart of a diagnosis; an earlier version stored a picture of it instead of the specification."""
 
     __tablename__ = "diagnosis_picture"
     id: Mapped[int] = mapped_column(primary_key=True)
     diagnosis_id: Mapped[int] = mapped_column(ForeignKey("model_diagnosis.id"), index=True)
     title: Mapped[str]
     caption: Mapped[str] = mapped_column(Text)
-    svg: Mapped[str] = mapped_column(Text, deferred=True)
+    svg: Mapped[str | None] = mapped_column(Text, deferred=True)
+    spec: Mapped[dict[str, Any] | None] = mapped_column(deferred=True)
+    """Of Vega-Lite, with its data."""
+    is_live: Mapped[bool] = column_property(spec.is_not(null()))
+    """True if it has a specification."""
     diagnosis: Mapped[ModelDiagnosis] = relationship(back_populates="pictures")

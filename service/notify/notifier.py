@@ -20,7 +20,14 @@ from service.notify import claims, texts
 from service.notify.channels import DeliveryResult, alertmanager, chat, mail, webhook
 from service.notify.claims import Claim, RetryPolicy
 from service.notify.housekeeping import Housekeeping
-from service.notify.rendering import Destination, MissingVariableError, RenderedMessage, destination, rendered
+from service.notify.rendering import (
+    Destination,
+    MissingVariableError,
+    RenderedMessage,
+    destination,
+    rendered,
+    with_report,
+)
 from service.notify.tables import Delivery
 from service.settings import Settings
 
@@ -125,6 +132,8 @@ class Notifier:
                     self.settings.public_url,
                     is_repeat=claim.is_repeat,
                 )
+                if delivery.receiver.with_report and to.kind == "email":
+                    message = with_report(session, delivery.message, message, self.clock())
         except MissingVariableError as missing:
             return DeliveryResult("not_taken", str(missing))
         except Exception:  # a bug with one message does not stop others, and is shown

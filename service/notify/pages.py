@@ -10,7 +10,7 @@ from starlette.responses import RedirectResponse
 from service.access.auth import Caller, Role, admin, engineer
 from service.access.pages import reader
 from service.alerts.recipients import add_recipient
-from service.buildings import queries as building_queries, recipients
+from service.buildings import queries as building_queries, recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverKind
 from service.http.forms import NOT_REFUSED, Posted, Refused, answered, posted
 from service.http.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
@@ -50,6 +50,7 @@ def _listed(
     """Recipients and messages of the building, with the form to add one if it was refused."""
     with sessions() as session:
         building, _ = building_queries.building(session, code)
+        role = by.on(code).role
         return page(
             request,
             "messages",
@@ -57,7 +58,8 @@ def _listed(
             refused=refused,
             can_mail=request.app.state.settings.smtp.host is not None,
             building=building,
-            receivers=[visible_to(by.role, receiver_out(row)) for row in recipients.of_building(session, building.id)],
+            zone=building_store.zone(session, building),
+            receivers=[visible_to(by, receiver_out(row)) for row in recipients.of_building(session, building.id)],
             messages=[
                 (message_row(row), _deliveries(session, row, by))
                 for row in queries.messages(session, building.id, None, LATEST)
@@ -65,8 +67,8 @@ def _listed(
             kinds=WANTED_KINDS,
             ways=get_args(ReceiverKind),
             severities=SEVERITIES,
-            may_work=by.role >= Role.engineer,
-            may_add=by.role >= Role.admin,
+            may_work=role >= Role.engineer,
+            may_add=role >= Role.admin,
         )
 
 
@@ -79,9 +81,10 @@ def of_message(request: Request, message_id: MessageId, sessions: Reading, by: R
             request,
             "message",
             building=row.building,
+            zone=building_store.zone(session, row.building),
             message=message_out(session, row),
-            deliveries=[visible_to(by.role, delivery_out(queries.delivery(session, one.id))) for one in row.deliveries],
-            may_work=by.role >= Role.engineer,
+            deliveries=[visible_to(by, delivery_out(queries.delivery(session, one.id))) for one in row.deliveries],
+            may_work=by.on(row.building.code).role >= Role.engineer,
         )
 
 
@@ -141,4 +144,4 @@ def replay(delivery_id: DeliveryId, sessions: Writing, _: ByEngineer) -> Respons
 
 def _deliveries(session: Session, message: Message, by: Caller) -> list[DeliveryRow]:
     """Deliveries of a message as the reader may see them."""
-    return [visible_to(by.role, one) for one in delivery_rows(session, message.deliveries)]
+    return [visible_to(by, one) for one in delivery_rows(session, message.deliveries)]

@@ -1,8 +1,9 @@
 """A stored message rendered for one recipient: subject line, paragraphs, facts, picture and address."""
 
+import logging
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -20,6 +21,8 @@ from service.errors import NotFoundError
 from service.notify import texts
 from service.notify.tables import Message, Receiver
 
+log = logging.getLogger(__name__)
+
 WITH_PICTURE = frozenset({"email", "apprise"})
 """Kinds of recipients that see the picture."""
 SCALE = 2.0
@@ -28,6 +31,15 @@ SCALE = 2.0
 
 class MissingVariableError(Exception):
     """The building file names an environment variable that is not set."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """A file of a mail."""
+
+    name: str
+    content: bytes = field(repr=False)
+    """PDF."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +79,8 @@ class RenderedMessage:
     """For a recipient added after it was written: when the open alert that it reports began; None otherwise."""
     note: str = ""
     """Note to that recipient; empty otherwise."""
+    report: Attachment | None = None
+    """The report on the earthquake, for recipients of mail who get it."""
 
     @property
     def is_over(self) -> bool:
@@ -170,6 +184,30 @@ def rendered(
         active_since=since,
         note=note,
     )
+
+
+def with_report(session: Session, message: Message, shown: RenderedMessage, now: datetime) -> RenderedMessage:
+    """The same with the report on its earthquake; a drill's or a test's is stamped, and of an earlier one.
+
+    Args:
+        session: to read with.
+        message: stored.
+        shown: the same, rendered.
+        now: time of the report.
+    """
+    about, _, number = message.key.partition("/")
+    event_id = int(number) if about == "event" else message.picture_event_id
+    if event_id is None or (about != "event" and shown.is_real):
+        return shown
+    from service.building_reports import earthquake, pictures, rendering  # slow to import, and few messages need them
+
+    try:
+        report = earthquake.earthquake_report(session, event_id, texts.MARKS.get(message.kind, ""))
+        content = rendering.pdf(report, pictures.pictures(session, report), now)
+    except Exception:  # the message is more important than its attachment
+        log.exception("the report on event %d could not be made", event_id)
+        return replace(shown, note=" ".join(filter(None, (shown.note, texts.NO_REPORT))))
+    return replace(shown, report=Attachment(rendering.file_name(report, "pdf"), content))
 
 
 def destination(receiver: Receiver) -> Destination:

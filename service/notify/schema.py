@@ -7,7 +7,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from sqlalchemy.orm import Session
 
-from service.access.roles import Role
+from service.access.roles import Caller, Role
 from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind, shown_address
 from service.http.forms import ticked
 from service.notify import queries
@@ -42,6 +42,9 @@ class ReceiverRequest(BaseModel):
     )
     kinds: Kinds | None = Field(None, description="Kinds of messages; null: all, except events for an alertmanager.")
     severities: Severities | None = Field(None, description="Severities of messages; null: all.")
+    report: bool = Field(
+        False, description="For a mail address: true to get the report on an earthquake, as PDF, with its messages."
+    )
 
 
 class ReceiverForm(ReceiverRequest):
@@ -52,7 +55,8 @@ class ReceiverForm(ReceiverRequest):
     def _boxes(cls, fields: dict[str, object]) -> dict[str, object]:
         lists = {name: ticked(fields, f"{name}_") for name in ("kinds", "severities")}
         texts = {name: one for name, one in fields.items() if not name.startswith(("kinds_", "severities_"))}
-        return texts | {name: one for name, one in lists.items() if one}
+        boxes: dict[str, object] = {"report": True} if "report" in fields else {}
+        return texts | boxes | {name: one for name, one in lists.items() if one}
 
 
 class ReceiverChange(BaseModel):
@@ -64,6 +68,7 @@ class ReceiverChange(BaseModel):
     secret: Secret | None = Field(None, description="New secret of a webhook.")
     kinds: Kinds | None = Field(None, description="New kinds of messages.")
     severities: Severities | None = Field(None, description="New severities of messages.")
+    report: bool | None = Field(None, description="Whether mails about earthquakes carry the report as PDF.")
 
 
 class ReceiverOut(Answer):
@@ -76,6 +81,7 @@ class ReceiverOut(Answer):
     address: str = Field(description="Address, without secrets.")
     kinds: list[str] = Field(description="Kinds of messages.")
     severities: list[str] = Field(description="Severities of messages.")
+    report: bool = Field(description="True if mails about earthquakes carry the report as PDF.")
     origin: str = Field(description="`file` (the building's, and changed there) or `api`.")
     created_by: str | None = Field(description="Name of the key that added it; null for one of the building file.")
     created_at: datetime = Field(description="Time when it was added.")
@@ -185,9 +191,9 @@ class MessageOut(MessageRow):
 Shown = TypeVar("Shown", ReceiverOut, MessageOut, DeliveryRow, DeliveryOut)
 
 
-def visible_to(role: Role, answer: Shown) -> Shown:
-    """The same as a role may see it: viewers see neither recipients' addresses nor their answers."""
-    if role >= Role.engineer:
+def visible_to(by: Caller, answer: Shown) -> Shown:
+    """The same as a caller may see it: viewers of its building see neither recipients' addresses nor their answers."""
+    if by.on(answer.building).role >= Role.engineer:
         return answer
     hidden: dict[str, object] = {}
     if isinstance(answer, ReceiverOut):
@@ -199,7 +205,7 @@ def visible_to(role: Role, answer: Shown) -> Shown:
             one.model_copy(update={"address": HIDDEN, "answer": one.answer and HIDDEN}) for one in answer.log
         ]
     if isinstance(answer, MessageOut):
-        hidden["deliveries"] = [visible_to(role, one) for one in answer.deliveries]
+        hidden["deliveries"] = [visible_to(by, one) for one in answer.deliveries]
     return answer.model_copy(update=hidden)
 
 
@@ -213,6 +219,7 @@ def receiver_out(row: Receiver) -> ReceiverOut:
         address=shown_address(row.kind, row.address),
         kinds=row.kinds,
         severities=row.severities,
+        report=row.with_report,
         origin=row.origin,
         created_by=row.created_by,
         created_at=row.created_at,

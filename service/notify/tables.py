@@ -29,6 +29,8 @@ class Receiver(Base):
     """Subscribed to these."""
     severities: Mapped[list[str]]
     """Subscribed to these."""
+    with_report: Mapped[bool] = mapped_column(default=False)
+    """True if mails about earthquakes carry the report as PDF."""
     origin: Mapped[str]
     """`file` (the building's) or `api`."""
     created_by: Mapped[str | None]

@@ -29,6 +29,7 @@ STILL_OPEN = "is still open. {states}"
 ALERT_STATE = "Alert {id} is {state}."
 ACKNOWLEDGED = "acknowledged by {by} since {at}"
 
+NO_REPORT = "The report on this earthquake could not be made; its page may still have it."
 PICTURE_TITLE = "Force in the isolators, direction {direction}"
 PICTURE_MARK = "{mark}, from an earlier earthquake"
 

@@ -1,6 +1,6 @@
 """Reads of events, of their waveforms, and of the files they came in."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
 from sqlalchemy import func, select, tuple_
@@ -154,7 +154,7 @@ def recordings(
     return session.scalars(query.order_by(Recording.id.desc()).limit(limit)).all()
 
 
-def rejected_counts(session: Session) -> Mapping[int, int]:
+def rejected_counts(session: Session, buildings: Collection[int]) -> Mapping[int, int]:
     """Number of rejected files by building; buildings without any are omitted."""
-    query = select(Recording.building_id, func.count()).where(REJECTED)
+    query = select(Recording.building_id, func.count()).where(REJECTED, Recording.building_id.in_(buildings))
     return {line[0]: line[1] for line in session.execute(query.group_by(Recording.building_id))}

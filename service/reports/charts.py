@@ -3,17 +3,29 @@
 Units are those that engineers of isolated buildings read: mm, kN, kN/mm.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
 import altair as alt
+from altair.utils.schemapi import _PropertySetter, debug_mode
 
 from core.arrays import Indices, Vector
 from service.reports.thinning import along_path, extremes
 
 if TYPE_CHECKING:  # it imports SciPy, which a process that only sends charts does not need
     from core.isolation_layer.equivalent import EquivalentSegment
+
+
+def _bound(setter: _PropertySetter, owner: object, _: type) -> _PropertySetter:
+    """The method `scale` of one axis, and its like; Altair's own is shared, so that threads get each other's axes."""
+    made = copy(setter)
+    made.obj = owner
+    return made
+
+
+_PropertySetter.__get__ = _bound  # type: ignore[method-assign]
 
 POINTS = 2000
 """Samples of a history in a picture: two for each pixel of a wide one."""
@@ -32,8 +44,10 @@ FEW = 10
 TWO_YEARS = timedelta(days=730)
 """Span of events beyond which colours are labelled by year."""
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
-INK, FAINT = "#1c2430", "#5b6675"
-DARK_COLOURS = {BLUE: "#7ab3ef", GREY: "#5f6a79", ORANGE: "#f0a04b", INK: "#e4e8ee", FAINT: "#9aa5b4"}
+INK, FAINT, DARK_ORANGE = "#1c2430", "#5b6675", "#8a4a08"
+DARK_COLOURS = {BLUE: "#7ab3ef", GREY: "#5f6a79", ORANGE: "#f0a04b", INK: "#e4e8ee", FAINT: "#9aa5b4"} | {
+    DARK_ORANGE: "#f0b45c"
+}
 """Colours of the marks by those on white, for a dark page; `live.py` has them in every chart."""
 DARK_CONFIG = {
     "background": "#14181f",
@@ -176,15 +190,45 @@ def equivalent_damping(events: Mapping[datetime, "Sequence[EquivalentSegment]"],
     return _over_amplitude(events, "c_eq", "equivalent damping coefficient c_eq (kN s/mm)", title)
 
 
-def values(rows: list[dict[str, Any]]) -> alt.InlineData:
-    """Rows as data of a picture."""
-    return alt.InlineData(values=rows)
+class _Shared(alt.InlineData):
+    """Data that all layers of a picture share; Altair would copy them for each."""
+
+    def __deepcopy__(self, memo: object = None) -> "_Shared":
+        return self
+
+
+def values(rows: Sequence[Mapping[str, Any]]) -> alt.InlineData:
+    """Rows as data of a picture; Altair would check every one of them against its schema, in 0.1 ms each."""
+    with debug_mode(arg=False):
+        return _Shared(values=list(rows))
+
+
+def specification(draw: Callable[[], Picture]) -> dict[str, Any]:
+    """A picture's specification, not checked against the schema of Vega-Lite, which takes longer than to make it."""
+    with debug_mode(arg=False):
+        made: dict[str, Any] = draw().to_dict(validate=False)
+    return made
 
 
 def curves(colours: Mapping[str, str]) -> alt.Color:
     """A colour for each `curve`, named above the picture."""
     legend = alt.Legend(title=None, orient="top", symbolType="stroke", symbolStrokeWidth=3, symbolOpacity=1.0)
     return alt.Color("curve:N", scale=alt.Scale(domain=list(colours), range=list(colours.values())), legend=legend)
+
+
+def shown_on_hover(*names: str, **titles: str) -> list[alt.Tooltip]:
+    """Tooltips of fields: of those that are named for their readers, and of others by their titles."""
+    return _tooltips({name: name for name in names} | titles)
+
+
+def wider(curve: str, wide: float, narrow: float, field: str = "curve") -> Any:  # noqa: ANN401  Altair's is private
+    """Widths of lines (pixels): one curve is wide, so that the others are seen on it."""
+    return alt.condition(f"datum.{field} === '{curve}'", alt.value(wide), alt.value(narrow))
+
+
+def brief(value: float) -> float:
+    """A number to six digits: more are not seen and triple a page."""
+    return float(f"{value:.6g}")
 
 
 def _loop(rows: alt.InlineData, brush: alt.Parameter) -> alt.LayerChart:
@@ -282,11 +326,11 @@ def _cycles(events: Mapping[datetime, "Sequence[EquivalentSegment]"]) -> alt.Inl
                 | {"k_eq": k_eq, "k_eq_std": k_std, "k_eq_low": k_eq - k_std, "k_eq_high": k_eq + k_std}
                 | {"c_eq": c_eq, "c_eq_std": c_std, "c_eq_low": c_eq - c_std, "c_eq_high": c_eq + c_std}
             )
-    return alt.InlineData(values=rows)
+    return values(rows)
 
 
 def _rows(kept: Indices, **columns: Vector) -> alt.InlineData:
-    """The kept samples as records, to six digits: more are not seen and triple the page."""
+    """The kept samples as records."""
     names: Iterable[str] = columns.keys()
-    values = zip(*(column[kept].tolist() for column in columns.values()), strict=True)
-    return alt.InlineData(values=[dict(zip(names, (float(f"{v:.6g}") for v in row), strict=True)) for row in values])
+    each = zip(*(column[kept].tolist() for column in columns.values()), strict=True)
+    return values([dict(zip(names, map(brief, row), strict=True)) for row in each])

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, Literal
 
 import altair as alt
 
+from core.rounding import plain
 from core.tables import Table
 
 Rows = list[dict[str, Any]]
@@ -83,4 +85,4 @@ def numbers(rows: Sequence[Mapping[str, Any]]) -> Numbers:
 
 
 def _cell(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return plain(value) if isinstance(value, float) and isfinite(value) else str(value)

@@ -72,7 +72,12 @@ def svg(picture: alt.TopLevelMixin, own: str, label: str) -> Markup:
         own: a word that no other picture of the page has, for its ids.
         label: contents of the picture.
     """
-    text = NAMESPACE.sub("", vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG))
+    return own_ids(vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG), own, label)
+
+
+def own_ids(drawn: str, own: str, label: str) -> Markup:
+    """A picture that is SVG already, likewise."""
+    text = NAMESPACE.sub("", drawn)
     text = PATH.sub(lambda path: FINER.sub("", path[0]), text)
     text = text.replace(' id="', f' id="{own}-').replace("url(#", f"url(#{own}-")
     return Markup('<svg role="img" aria-label="{}" ').format(label) + Markup(text.replace("<svg ", "", 1))

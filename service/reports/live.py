@@ -10,7 +10,7 @@ from copy import deepcopy
 from datetime import UTC, datetime
 from typing import Any
 
-from service.reports.charts import DARK_COLOURS, DARK_CONFIG, INK
+from service.reports.charts import DARK_COLOURS, DARK_CONFIG, INK, brief
 from service.reports.document import Numbers, numbers
 
 Spec = dict[str, Any]
@@ -25,16 +25,27 @@ ZOOM = "wheel![event.ctrlKey]"
 def live(spec: Spec) -> Spec:
     """The specification with nearest points under the pointer, zoom and pan, and the colours of the dark theme.
 
+    Its numbers are rounded to six digits; those of `tables` and `as_csv` are not.
+
     Args:
         spec: a picture's, as Altair's `to_dict` returns it.
     """
-    made = deepcopy(spec)
+    made = deepcopy({name: part for name, part in spec.items() if name != "datasets"})
+    made["datasets"] = {name: [_rounded(row) for row in rows] for name, rows in spec.get("datasets", {}).items()}
     brushed = {view for one in made.get("params", ()) for view in one.get("views", ())}
     for number, panel in enumerate(_panels(made)):
         _add_zoom(panel, f"zoom_{number}", has_brush=any(_name(one) in brushed for one in _leaves(panel)))
         _add_nearest(panel, f"nearest_{number}")
     made["usermeta"] = made.get("usermeta", {}) | {"dark": {"colours": DARK_COLOURS, "config": DARK_CONFIG}}
     return made
+
+
+def _rounded(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row with its numbers to six digits; whole ones stay, such as times in milliseconds."""
+    return {
+        name: brief(value) if isinstance(value, float) and not value.is_integer() else value
+        for name, value in row.items()
+    }
 
 
 def tables(spec: Spec) -> list[tuple[str, Numbers]]:
@@ -141,6 +152,8 @@ def _add_nearest(panel: Spec, name: str) -> None:
         return
     shown = marked[-1]
     encoding = {channel: shown["encoding"][channel] for channel in ("x", "y", "tooltip")}
+    if panel.get("resolve", {}).get("axis", {}).get("x") == "independent":
+        encoding["x"] = encoding["x"] | {"axis": None}
     encoding["opacity"] = {"condition": {"param": name, "empty": False, "value": 1}, "value": 0}
     select = {"type": "point", "nearest": True, "on": "pointermove", "clear": "pointerout"}
     layer: Spec = {

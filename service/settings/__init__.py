@@ -10,10 +10,11 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
+from urllib.parse import urlsplit
 
 from platformdirs import user_data_path
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_settings import (
     BaseSettings,
@@ -25,6 +26,7 @@ from pydantic_settings import (
 )
 from sqlalchemy.engine import make_url
 
+from service.addresses import is_loopback
 from service.db.problems import wrong_address
 from service.settings.groups import (
     Analysis,
@@ -36,6 +38,7 @@ from service.settings.groups import (
     Jobs,
     Login,
     Notify,
+    Oidc,
     Parser,
     Polling,
     Retention,
@@ -49,7 +52,9 @@ FILE_VARIABLE = "MENSHIN_SETTINGS"
 KEY_VARIABLE = "MENSHIN_SECRET_KEY"
 """The key of service.db.encryption: not a setting, so that no command shows it."""
 DEFAULT_FILE = "menshin.toml"
-SECRETS = frozenset({"database_url", "smtp", "smtp.password", "heartbeat", "heartbeat.url"})
+SECRETS = frozenset(
+    {"database_url", "smtp", "smtp.password", "heartbeat", "heartbeat.url", "oidc", "oidc.client_secret"}
+)
 """Settings, and groups with such settings, whose values no message repeats."""
 
 
@@ -88,6 +93,7 @@ class Settings(BaseSettings):
         default=None, description="folder with effects of your own, one Python file each; see effects-own.md"
     )
     login: Login = Login()
+    oidc: Oidc = Oidc()
     polling: Polling = Polling()
     parser: Parser = Parser()
     event: Event = Event()
@@ -106,6 +112,17 @@ class Settings(BaseSettings):
         if problem := wrong_address(address):
             raise ValueError(problem)
         return address
+
+    @model_validator(mode="after")
+    def _has_address_for_sign_in(self) -> Self:
+        if self.oidc.issuer is not None:
+            public = urlsplit(self.public_url or "")
+            if public.scheme != "https" and not (public.scheme == "http" and is_loopback(public.hostname)):
+                raise ValueError(
+                    "oidc.issuer needs public_url, the address that the provider sends people back to; it must begin "
+                    "with https:// (http:// only on this machine itself)"
+                )
+        return self
 
     @classmethod
     def settings_customise_sources(

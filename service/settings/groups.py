@@ -2,8 +2,11 @@
 
 import os
 from typing import Annotated, Literal, Self
+from urllib.parse import urlsplit
 
-from pydantic import BaseModel, ConfigDict, Field, SecretStr, model_validator
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
+
+from service.addresses import is_loopback
 
 Seconds = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
@@ -22,6 +25,65 @@ class Login(Group):
         default=43_200.0, description="s without a request after which a browser must log in again"
     )
     lifetime: Seconds = Field(default=604_800.0, description="s after which a browser must log in again in any case")
+
+
+class OidcGrant(Group):
+    """A role of the people of a group."""
+
+    group: str = Field(min_length=1, description="name of the group, as the provider's tokens have it")
+    role: Literal["viewer", "engineer", "admin"]
+    buildings: tuple[str, ...] | None = Field(default=None, description="codes of the buildings; without it all")
+
+
+class Oidc(Group):
+    """Sign-in of people through an OpenID Connect provider."""
+
+    issuer: str | None = Field(
+        default=None,
+        description="address of the sign-in provider, exactly as its tokens have it; without it no sign-in; see "
+        "security.md",
+    )
+    client_id: str | None = Field(default=None, description="name of the service at the provider")
+    client_secret: SecretStr | None = Field(
+        default=None, description="secret of the service at the provider; none for a public client"
+    )
+    name: str = Field(default="single sign-on", description="name of the provider on the login page")
+    scopes: tuple[str, ...] = Field(default=("openid", "profile"), description="scopes that are requested")
+    name_claim: str = Field(
+        default="preferred_username",
+        description="claim with the name of the person for pages and the audit trail; where it is absent, the "
+        "person's number at the provider (sub)",
+    )
+    groups_claim: str = Field(
+        default="groups", description="claim with the groups of the person; dots lead into objects"
+    )
+    grants: tuple[OidcGrant, ...] = Field(
+        default=(), description="role of each group: a list of group, role and, for some buildings alone, buildings"
+    )
+    timeout: Seconds = Field(default=10.0, description="s that the exchange with the provider may take at a sign-in")
+    session_lifetime: Seconds = Field(
+        default=43_200.0, description="s after which a person must sign in again; groups are read at sign-in"
+    )
+
+    @field_validator("issuer")
+    @classmethod
+    def _address(cls, issuer: str | None) -> str | None:
+        parts = urlsplit(issuer or "https://unset")
+        if parts.query or parts.fragment or not parts.hostname or parts.username:
+            raise ValueError("the issuer is an address without query, fragment and user name")
+        if parts.scheme != "https" and not (parts.scheme == "http" and is_loopback(parts.hostname)):
+            raise ValueError("the issuer's address must begin with https:// (http:// only on this machine itself)")
+        return issuer
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.issuer is None) != (self.client_id is None):
+            raise ValueError("oidc.issuer and oidc.client_id go together; give both or neither")
+        if "openid" not in self.scopes:
+            raise ValueError('oidc.scopes must contain "openid"')
+        if self.issuer is not None and not self.grants:
+            raise ValueError("oidc.grants is empty: no person could sign in; give a group and its role")
+        return self
 
 
 class Polling(Group):
@@ -107,6 +169,10 @@ class Jobs(Group):
         default="local", description="where analyses run: processes of this machine, or a Dask cluster"
     )
     dask_address: str | None = Field(default=None, description='address of the Dask scheduler, for executor = "dask"')
+
+    kept_room: Annotated[float, Field(ge=0)] = Field(
+        default=1.0, description="GB of analyses kept on disk for work on models, in the user's cache folder; 0: none"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -1,11 +1,14 @@
 """The assessment of an earthquake or of a building: checks, open alerts and everything else that weakens a statement.
 
 `assess` is a pure function. `normal` is possible only where every required check passed and nothing is open,
-provisional, beyond the limits or beyond what earlier earthquakes showed; nothing is normal by default.
+provisional, beyond the limits or beyond what earlier earthquakes showed; nothing is normal by default. An inspection
+that a person signed can lower what limits led to, and raise the level; it hides nothing.
 """
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
 
 from core.description import IsolationLayer
 from service.buildings.description import GivenLimits
@@ -93,6 +96,45 @@ class OpenAlert:
         return Level.UNDECIDED
 
 
+class Result(StrEnum):
+    """Results of an inspection of a building."""
+
+    FIT = "fit"
+    RESTRICTED = "restricted"
+    UNFIT = "unfit"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignedInspection:
+    """The latest inspection of a building, and the verdict when it was recorded."""
+
+    by: str
+    at: datetime
+    result: Result
+    comment: str
+    level: Level
+    """Automatic level when it was recorded."""
+    covers: bool
+    """True if it was made after the earthquake."""
+
+    @property
+    def least(self) -> Level:
+        """Level below which the building cannot be while the inspection is the latest."""
+        return {Result.FIT: Level.NORMAL, Result.RESTRICTED: Level.INSPECT, Result.UNFIT: Level.ACT}[self.result]
+
+    def level_of(self, check: Check) -> Level:
+        """Level that a check leads to beside the inspection.
+
+        An exceeded limit of inspection or action falls to `watch` by an inspection made after the earthquake that came
+        to fit for normal use; one that cannot be decided, to `undecided`. What is graver than the inspector could know
+        of does not fall.
+        """
+        is_settled = self.result is Result.FIT and self.covers and check.level.rank <= self.level.rank
+        if not is_settled or check.level not in (Level.ACT, Level.INSPECT):
+            return check.level
+        return Level.WATCH if check.outcome is Outcome.EXCEEDED else Level.UNDECIDED
+
+
 ACTIVE = ("active", "acknowledged")
 STATES = ("active", "acknowledged", "pending", "on_hold")
 """In a list of open alerts, active ones come first and those on hold last."""
@@ -108,6 +150,8 @@ class Facts:
     """Reason why later earthquakes may have been missed; empty if records arrive."""
     provisional: str = ""
     """Reason why the result is not final; empty if it is."""
+    unseen: str = ""
+    """Which earlier earthquakes have no usable record and no inspection since; empty if there are none."""
     layer: IsolationLayer
     limits: Mapping[str, GivenLimits] = field(default_factory=dict)
     """The designer's, by check; where there are none, the defaults count."""
@@ -123,6 +167,8 @@ class Facts:
     data_problems: tuple[str, ...] | Lacking
     """Warnings and fatal findings of the data quality checks, or why they have not been made."""
     alerts: tuple[OpenAlert, ...]
+    inspection: SignedInspection | None = None
+    """The latest of the building; None where there is none, and in the verdict on an earthquake."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,6 +176,9 @@ class Assessment:
     """The verdict with everything that it rests on."""
 
     level: Level
+    automatic: Level
+    """Level without the inspection."""
+    inspection: SignedInspection | None
     checks: tuple[Check, ...]
     """Empty where there is no usable record."""
     alerts: tuple[OpenAlert, ...]
@@ -137,6 +186,7 @@ class Assessment:
     unusable: str
     silence: str
     provisional: str
+    unseen: str
 
     @property
     def is_beyond_history(self) -> bool:
@@ -153,12 +203,15 @@ def assess(facts: Facts) -> Assessment:
     """The verdict on an earthquake, or on a building by its last earthquake."""
     checks = () if facts.unusable else tuple(_checks(facts))
     return Assessment(
-        level=gravest(_levels(facts, checks)),
+        level=gravest(_levels(facts, checks, facts.inspection)),
+        automatic=gravest(_levels(facts, checks, None)),
+        inspection=facts.inspection,
         checks=checks,
         alerts=tuple(sorted(facts.alerts, key=_order)),
         unusable=facts.unusable,
         silence=facts.silence,
         provisional=facts.provisional,
+        unseen=facts.unseen,
     )
 
 
@@ -166,12 +219,14 @@ def _order(alert: OpenAlert) -> tuple[int, int, int]:
     return STATES.index(alert.state) if alert.state in STATES else 0, -alert.level.rank, alert.id
 
 
-def _levels(facts: Facts, checks: tuple[Check, ...]) -> Iterator[Level]:
+def _levels(facts: Facts, checks: tuple[Check, ...], inspection: SignedInspection | None) -> Iterator[Level]:
     if facts.unusable or facts.silence:
         yield Level.NO_DATA
-    if REQUIRED - {check.name for check in checks} or facts.provisional:
+    if REQUIRED - {check.name for check in checks} or facts.provisional or facts.unseen:
         yield Level.UNDECIDED
-    yield from (check.level for check in checks)
+    if inspection is not None:
+        yield inspection.least
+    yield from (check.level if inspection is None else inspection.level_of(check) for check in checks)
     yield from (alert.level for alert in facts.alerts)
 
 

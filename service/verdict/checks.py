@@ -113,6 +113,9 @@ class Check:
     """Action that settles it, where it is undecided."""
 
 
+NO_UNCERTAINTY = "The uncertainty of the value is not known."
+WITHIN_UNCERTAINTY = "The limit lies within the uncertainty of the value."
+"""Reasons why a value is not decided that is no lower bound."""
 NOT_A_NUMBER = Lacking(reason="The value is not a number.", remedy="Analyse the earthquake again.")
 
 
@@ -203,8 +206,8 @@ def _doubt(measured: Measured) -> str:
     if measured.doubt:
         return measured.doubt
     if measured.uncertainty is None or not isfinite(measured.uncertainty):
-        return "The uncertainty of the value is not known."
-    return "The limit lies within the uncertainty of the value."
+        return NO_UNCERTAINTY
+    return WITHIN_UNCERTAINTY
 
 
 def _remedy(measured: Measured) -> str:

@@ -3,13 +3,14 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from math import inf
 from typing import Any
 
 from sqlalchemy import ScalarSelect, exists, func, select
 from sqlalchemy.orm import Session, aliased
 
-from service.alerts.tables import Alert
+from service.alerts.tables import Alert, BuildingInspection
 from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
@@ -20,6 +21,9 @@ from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
 from service.records.tables import Event
 from service.verdict.limits import STIFFNESS_CHANGE, TOLERANCE
+
+UNUSABLE = ("refused", "failed")
+"""States of an event without a usable record."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -40,6 +44,10 @@ class StoredFacts:
     """True while the comparison with earlier earthquakes has not finished."""
     alerts: Sequence[tuple[Alert, str]]
     """Open alerts with their states, by number."""
+    inspection: BuildingInspection | None = None
+    """The latest of the building; None where there is none, or it is not asked for."""
+    unseen: tuple[int, datetime] | None = None
+    """Number of earlier earthquakes without a usable record since the latest inspection, and start of the last."""
 
     @property
     def tolerance(self) -> float:
@@ -63,6 +71,8 @@ def stored_facts(session: Session, buildings: Question) -> Mapping[int, StoredFa
     alerts = _grouped(session, select(Alert.building_id, Alert).where(*_open(buildings)).order_by(Alert.id))
     stiffness = _grouped(session, _stiffness(buildings))
     largest = {line[0]: line[1] for line in session.execute(_largest_earlier(buildings))}
+    inspected = {one.building_id: one for one in session.scalars(_inspections(buildings))}
+    unseen = {line[0]: (line[1], line[2]) for line in session.execute(_unseen(buildings))}
     compared = set(session.scalars(_being_compared(buildings)))
     return {
         number: StoredFacts(
@@ -74,6 +84,8 @@ def stored_facts(session: Session, buildings: Question) -> Mapping[int, StoredFa
             stiffness=[tuple(line[1:]) for line in stiffness[number]],
             is_being_compared=number in compared,
             alerts=[(line[1], line[1].state) for line in alerts[number]],
+            inspection=inspected.get(number),
+            unseen=unseen.get(number),
         )
         for number, revision in session.execute(_revisions(buildings))
     }
@@ -137,6 +149,32 @@ def _largest_earlier(buildings: Question) -> Question:
         .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
         .outerjoin(LayerResult, LayerResult.analysis_id == Analysis.id)
         .where(Event.building_id.in_(buildings), Event.start < last.start)
+        .group_by(Event.building_id)
+    )
+
+
+def _inspections(buildings: Question) -> Question:
+    """The latest inspection of each building."""
+    other = aliased(BuildingInspection)
+    of_building = select(other.id).where(other.building_id == BuildingInspection.building_id)
+    latest = of_building.order_by(other.inspected_at.desc(), other.id.desc()).limit(1).scalar_subquery()
+    return select(BuildingInspection).where(
+        BuildingInspection.building_id.in_(buildings), BuildingInspection.id == latest
+    )
+
+
+def _unseen(buildings: Question) -> Question:
+    """(number of the building, count, start of the last) of the events without a usable record before the last event.
+
+    An inspection settles those before it.
+    """
+    last, of_building = aliased(Event), BuildingInspection.building_id == Event.building_id
+    inspected = exists().where(of_building, BuildingInspection.inspected_at >= Event.end)
+    return (
+        select(Event.building_id, func.count(), func.max(Event.start))
+        .join(Building, Building.id == Event.building_id)
+        .join(last, last.id == _last_event())
+        .where(Event.building_id.in_(buildings), Event.state.in_(UNUSABLE), Event.start < last.start, ~inspected)
         .group_by(Event.building_id)
     )
 

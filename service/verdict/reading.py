@@ -1,6 +1,7 @@
 """The stored facts that an assessment of an earthquake, or of a building, rests on."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 
 from sqlalchemy import literal, select
@@ -11,6 +12,7 @@ from service.alerts.tables import Alert
 from service.analyses import history, queries as analysis_queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import store as building_store
+from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.db.select import Line, Question
 from service.drift.tables import DriftValue
@@ -18,7 +20,7 @@ from service.jobs import queue as job_queue
 from service.records import queries as record_queries
 from service.records.tables import Event
 from service.verdict import overview, shaking
-from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
+from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, Result, SignedInspection, assess
 from service.verdict.checks import COVERAGE, LEVELS, Lacking, Level, Measured
 from service.verdict.limits import TOLERANCE
 from service.verdict.measured import (
@@ -61,6 +63,17 @@ STATES: Mapping[str, str] = {
 }
 
 
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Standing:
+    """A building now: its verdict, and the facts that pages and messages show beside it."""
+
+    building: Building
+    file: BuildingFile
+    event: Event | None
+    """Its last earthquake; None before the first."""
+    verdict: Assessment
+
+
 def of_event(session: Session, event: Event, at: datetime | None = None) -> Assessment:
     """The assessment of an earthquake.
 
@@ -81,7 +94,7 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
         is_being_compared=job_queue.is_monitoring_pending(session, building.id),
         alerts=history.open_at(session, building.id, at),
     )
-    return assess(_event_facts(event, analysis, facts))
+    return assess(event_facts(event, analysis, facts))
 
 
 def of_building(session: Session, building: Building) -> Assessment:
@@ -96,15 +109,28 @@ def of_buildings(session: Session, buildings: Question) -> Mapping[int, Assessme
         session: to read with.
         buildings: selects the numbers of the buildings.
     """
+    return {one.building.id: one.verdict for one in standings(session, buildings)}
+
+
+def standings(session: Session, buildings: Question) -> Sequence[Standing]:
+    """Several buildings now, in no order, by as many statements as one takes; arguments as those of `of_buildings`."""
     rows = overview.last_events(session, buildings)
     stored = overview.stored_facts(session, buildings)
-    return {row.Building.id: _of_building(row, stored[row.Building.id]) for row in rows}
+    return [
+        Standing(
+            building=row.Building,
+            file=stored[row.Building.id].file,
+            event=row.Event,
+            verdict=_of_building(row, stored[row.Building.id]),
+        )
+        for row in rows
+    ]
 
 
 def _of_building(row: Line, facts: StoredFacts) -> Assessment:
     silence = next((one.summary for one, state in facts.alerts if one.cause in SILENT and state in ACTIVE), "")
     if row.Event is not None:
-        return assess(_event_facts(row.Event, row.Analysis, facts, silence))
+        return assess(event_facts(row.Event, row.Analysis, facts, silence))
     return assess(
         Facts(
             unusable=NONE_YET,
@@ -118,6 +144,7 @@ def _of_building(row: Line, facts: StoredFacts) -> Assessment:
             stiffness={},
             data_problems=(),
             alerts=tuple(_alert(one, state, None, facts.tolerance) for one, state in facts.alerts),
+            inspection=_inspection(facts, None),
         )
     )
 
@@ -145,7 +172,8 @@ def shaking_facts(session: Session, analysis: Analysis, description: BuildingDes
     return shaking.of_result(analysis_queries.shaking_result(session, analysis.id), description)
 
 
-def _event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, silence: str = "") -> Facts:
+def event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, silence: str = "") -> Facts:
+    """What the assessment of an earthquake depends on; `silence` is the reason why later ones may have been missed."""
     usable = analysis if analysis is not None and analysis.refusal is None else None
     is_pending = usable is None and event.state in STATES
     results, layer = (facts.results, facts.layer) if usable is not None else ((), None)
@@ -153,6 +181,7 @@ def _event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, si
         unusable=_unusable(event),
         silence=silence,
         provisional=_provisional(event, facts),
+        unseen=_unseen(facts),
         layer=facts.file.description.isolation,
         limits=facts.file.limits,
         displacement=PENDING if is_pending else _displacement(results, layer),
@@ -162,6 +191,21 @@ def _event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, si
         stiffness=_stiffness(facts, is_pending),
         data_problems=_problems(usable) if usable is not None else PENDING,
         alerts=tuple(_alert(one, state, event, facts.tolerance) for one, state in facts.alerts),
+        inspection=_inspection(facts, event),
+    )
+
+
+def _inspection(facts: StoredFacts, event: Event | None) -> SignedInspection | None:
+    row = facts.inspection
+    if row is None:
+        return None
+    return SignedInspection(
+        by=row.by,
+        at=row.inspected_at,
+        result=Result(row.result),
+        comment=row.comment,
+        level=Level(row.level),
+        covers=event is None or row.inspected_at >= event.end,
     )
 
 
@@ -172,10 +216,19 @@ def _shaking(usable: Analysis | None, facts: StoredFacts) -> ShakingFacts:
 
 
 def _unusable(event: Event) -> str:
-    if event.state not in ("refused", "failed"):
+    if event.state not in overview.UNUSABLE:
         return ""
     why = event.reason or "no reason was noted"
     return f"Its records cannot be used: {why}" if event.state == "refused" else f"Its analysis failed: {why}"
+
+
+def _unseen(facts: StoredFacts) -> str:
+    if facts.unseen is None:
+        return ""
+    count, last = facts.unseen
+    if count == 1:
+        return f"The earthquake of {last:%Y-%m-%d %H:%M} UTC has no usable record"
+    return f"{count} earthquakes, the last of {last:%Y-%m-%d %H:%M} UTC, have no usable record"
 
 
 def _provisional(event: Event, facts: StoredFacts) -> str:

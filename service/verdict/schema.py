@@ -1,5 +1,6 @@
 """The verdict for programs, in SI units: one schema for the API, CloudEvents, files and reports."""
 
+from datetime import datetime
 from math import isfinite
 from typing import Any
 
@@ -7,7 +8,7 @@ from pydantic import Field
 
 from service.schema import Answer, Number
 from service.verdict import texts
-from service.verdict.assessment import Assessment, OpenAlert
+from service.verdict.assessment import Assessment, OpenAlert, SignedInspection
 from service.verdict.checks import Check
 
 
@@ -46,6 +47,17 @@ class OpenAlertOut(Answer):
     is_later: bool = Field(description="True if it began after the earthquake.")
 
 
+class SignedInspectionOut(Answer):
+    """The latest inspection of the building."""
+
+    by: str = Field(description="Person who signed it.")
+    at: datetime = Field(description="Time when it was made.")
+    result: str = Field(description="`fit` (for normal use), `restricted` or `unfit`.")
+    comment: str = Field(description="Findings and restrictions.")
+    level: str = Field(description="Automatic level when it was recorded.")
+    covers: bool = Field(description="True if it was made after the last earthquake.")
+
+
 class VerdictOut(Answer):
     """The verdict with everything that it rests on; automatic, and no inspection."""
 
@@ -53,9 +65,17 @@ class VerdictOut(Answer):
         description="`act`, `inspect`, `no_data`, `undecided`, `watch` or `normal`. `normal` only where every check "
         "passed, the result is final and no alert is open."
     )
+    automatic_level: str = Field(description="The level without the inspection.")
+    inspection: SignedInspectionOut | None = Field(
+        description="The latest one, in the verdict on a building; null where there is none, and on an earthquake."
+    )
     headline: str = Field(description="The verdict and its first reason, one line.")
     sentences: list[str] = Field(description="The verdict with everything that weakens it.")
     is_provisional: bool = Field(description="True if the result is not final.")
+    unseen: str = Field(
+        description="Earlier earthquakes without a usable record and without an inspection since, which keep a "
+        "building undecided; empty where there are none, and in the verdict on an earthquake."
+    )
     is_beyond_history: bool = Field(
         description="True if the isolators moved farther than, or not surely less than, in any earlier earthquake."
     )
@@ -67,9 +87,12 @@ def verdict_out(assessment: Assessment) -> VerdictOut:
     """An assessment in the schema of the verdict; docs/operate/verdict.md explains each value."""
     return VerdictOut(
         level=assessment.level.value,
+        automatic_level=assessment.automatic.value,
+        inspection=None if assessment.inspection is None else _inspection_out(assessment.inspection),
         headline=texts.headline(assessment),
         sentences=list(texts.sentences(assessment)),
         is_provisional=bool(assessment.provisional),
+        unseen=assessment.unseen,
         is_beyond_history=assessment.is_beyond_history,
         checks=[_check_out(check) for check in assessment.checks],
         open_alerts=[_alert_out(alert) for alert in assessment.alerts],
@@ -78,7 +101,13 @@ def verdict_out(assessment: Assessment) -> VerdictOut:
 
 def verdict_json(assessment: Assessment) -> dict[str, Any]:
     """The same as JSON values."""
-    return verdict_out(assessment).model_dump()
+    return verdict_out(assessment).model_dump(mode="json")
+
+
+def _inspection_out(one: SignedInspection) -> SignedInspectionOut:
+    return SignedInspectionOut(
+        by=one.by, at=one.at, result=one.result.value, comment=one.comment, level=one.level.value, covers=one.covers
+    )
 
 
 def _check_out(check: Check) -> CheckOut:

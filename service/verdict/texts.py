@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 from core.rounding import plain, significant, with_std
-from service.verdict.assessment import DATA, LARGEST, Assessment
-from service.verdict.checks import Check, Level, Outcome
+from service.verdict.assessment import DATA, LARGEST, Assessment, Result
+from service.verdict.checks import NO_UNCERTAINTY, WITHIN_UNCERTAINTY, Check, Level, Outcome
 from service.verdict.limits import (
     DESIGN,
     DRIFT,
@@ -42,6 +42,18 @@ MEANINGS: Mapping[Level, str] = {
     Level.WATCH: "Within the limits of inspection, but not as before, or an alert is open.",
     Level.NORMAL: "This is not an inspection.",
 }
+RESULTS: Mapping[str, str] = {
+    "fit": "fit for normal use",
+    "restricted": "restricted use",
+    "unfit": "not for use",
+}
+"""Results of inspections as people read them."""
+INSPECTED_MEANINGS: Mapping[str, str] = {
+    "fit": "A limit was exceeded, and the building was inspected since: fit for normal use. Keep watching it.",
+    "restricted": "Use the building within the restrictions of the inspection.",
+    "unfit": "Do not use the building: that is the result of its inspection. Follow the emergency plan.",
+}
+"""Meaning of a level that follows from an inspection, by its result."""
 STATE_NAMES: Mapping[str, str] = {
     "active": "active",
     "acknowledged": "acknowledged",
@@ -59,6 +71,12 @@ SHOWN: Mapping[str, tuple[str, float]] = {
     INTENSITY: ("", 1.0),
 }
 """Unit and factor by SI unit, or by check."""
+SHARES: Mapping[str, str] = {
+    DESIGN: "of the design limit",
+    MOAT: "of the gap to the surrounding wall",
+    STRAIN: "shear strain",
+}
+"""Words after the share of a limit, by check, the first that is known first."""
 NONE_YET = "No earthquake has been recorded yet."
 
 
@@ -73,7 +91,7 @@ def value(check: Check) -> str:
     """`147.6 ± 0.3 %`, with the 95 % uncertainty; empty where there is no value."""
     if check.value is None:
         return ""
-    unit, factor = _shown(check)
+    unit, factor = shown_unit(check)
     u = check.uncertainty
     return with_std(check.value * factor, None if u is None else abs(u) * factor, unit)
 
@@ -82,7 +100,7 @@ def brief(check: Check) -> str:
     """`148 %`: the value alone, to three digits; empty where there is none."""
     if check.value is None:
         return ""
-    unit, factor = _shown(check)
+    unit, factor = shown_unit(check)
     return f"{significant(check.value * factor)} {unit}".rstrip()
 
 
@@ -90,7 +108,7 @@ def limit(check: Check) -> str:
     """`67 % (inspect)`: the limit that decides; empty where there is none."""
     if check.limit is None or check.limits is None:
         return ""
-    unit, factor = _shown(check)
+    unit, factor = shown_unit(check)
     level = next((level.words for level, one in check.limits if one == check.limit), "")
     return f"{plain(check.limit * factor)} {unit}".rstrip() + (f" ({level})" if level else "")
 
@@ -111,6 +129,43 @@ def headline(verdict: Assessment) -> str:
     )
 
 
+def reason(verdict: Assessment) -> str:
+    """The first reason of the level, as a sentence without its full stop; empty where there is none."""
+    first = next(_reasons(verdict), "")
+    return f"{first[:1].upper()}{first[1:]}"
+
+
+def moved(verdict: Assessment) -> str:
+    """`212 mm, 71 % of the design limit`: the largest displacement, and its share of the limit; empty if unknown."""
+    sizes = {check.name: check for check in verdict.checks}
+    largest = sizes.get(LARGEST)
+    if largest is None or largest.value is None:
+        return ""
+    share = next((sizes[name] for name in SHARES if name in sizes and sizes[name].value is not None), None)
+    doubts = {check.reason for check in sizes.values() if check.name in SHARES and check.limits is not None}
+    least = "at least " if doubts - {"", NO_UNCERTAINTY, WITHIN_UNCERTAINTY} else ""
+    return f"{least}{brief(largest)}" + (f", {brief(share)} {SHARES[share.name]}" if share is not None else "")
+
+
+def meaning(verdict: Assessment) -> str:
+    """What the level means, and what is to be done; after an inspection that decides it, by its result."""
+    if verdict.inspection is not None and _decides(verdict):
+        return INSPECTED_MEANINGS[verdict.inspection.result.value]
+    return MEANINGS[verdict.level]
+
+
+def inspected(verdict: Assessment) -> str:
+    """The latest inspection, and the automatic result beside it, as sentences; empty without one."""
+    one = verdict.inspection
+    if one is None:
+        return ""
+    signed = f"Inspected by {one.by} on {one.at:%Y-%m-%d %H:%M} UTC: {RESULTS[one.result.value]}."
+    then = f"The automatic result was {one.level.words} then, and is {verdict.automatic.words} now."
+    if one.covers:
+        return f"{signed} {then}"
+    return f"{signed} {then} The inspection was before the last earthquake, and does not cover it."
+
+
 def sentences(verdict: Assessment) -> Iterator[str]:
     """The verdict in full, the gravest first, with everything that weakens it."""
     level, *rest = opening(verdict)
@@ -124,7 +179,9 @@ def sentences(verdict: Assessment) -> Iterator[str]:
 
 def opening(verdict: Assessment) -> Iterator[str]:
     """The verdict without its checks."""
-    yield f"{verdict.level.words.capitalize()}. {MEANINGS[verdict.level]}"
+    yield f"{verdict.level.words.capitalize()}. {meaning(verdict)}"
+    if verdict.inspection is not None:
+        yield inspected(verdict)
     if verdict.unusable:
         unusable = verdict.unusable.rstrip(".")
         yield f"{unusable}. The isolators cannot be assessed; inspect them if the shaking was strong."
@@ -132,6 +189,8 @@ def opening(verdict: Assessment) -> Iterator[str]:
         yield f"Later earthquakes may have been missed: {verdict.silence.rstrip('.')}."
     if verdict.provisional:
         yield f"Provisional: {verdict.provisional.rstrip('.')}."
+    if verdict.unseen:
+        yield f"{verdict.unseen}. Only an inspection can tell what that did; record it on the page of the building."
     if verdict.checks:
         yield f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)} checks passed."
 
@@ -141,17 +200,33 @@ def source(check: Check) -> str:
     return "" if check.limits is None else check.limits.source
 
 
-def _shown(check: Check) -> tuple[str, float]:
+def shown_unit(check: Check) -> tuple[str, float]:
+    """Unit in which a check is shown, and its number per SI unit."""
     return SHOWN.get(check.name, SHOWN.get(check.unit, (check.unit, 1.0)))
+
+
+def _decides(verdict: Assessment) -> bool:
+    """True if the inspection decides the level: that is not the automatic one, or the inspection restricts the use."""
+    one = verdict.inspection
+    if one is None:
+        return False
+    return verdict.level is not verdict.automatic or (one.result is not Result.FIT and verdict.level is one.least)
+
+
+def within(text: str) -> str:
+    """A title inside a sentence: its first letter is small, unless it begins with an abbreviation."""
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]
 
 
 def _reasons(verdict: Assessment) -> Iterator[str]:
     """Reasons of the level, the gravest first."""
+    if verdict.inspection is not None and _decides(verdict):
+        yield f"{RESULTS[verdict.inspection.result.value]} by inspection, automatic result {verdict.automatic.words}"
     worst = [check for check in verdict.checks if check.level is verdict.level and verdict.level is not Level.NORMAL]
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
     if exceeded and verdict.level is not Level.UNDECIDED:
         more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
-        yield f"{title(exceeded[0]).lower()} {brief(exceeded[0])}{more}"
+        yield f"{within(title(exceeded[0]))} {brief(exceeded[0])}{more}"
     if verdict.level is Level.NO_DATA:
         yield (verdict.unusable or verdict.silence).rstrip(".")
     if verdict.level is Level.UNDECIDED:
@@ -163,7 +238,9 @@ def _reasons(verdict: Assessment) -> Iterator[str]:
         yield f"{alerts[0].summary}{more}"
     if verdict.provisional:
         yield "provisional"
+    if verdict.unseen:
+        yield verdict.unseen[:1].lower() + verdict.unseen[1:]
     if worst:
-        yield f"{title(worst[0]).lower()} undecided"
+        yield f"{within(title(worst[0]))} undecided"
     if verdict.level is Level.NORMAL:
         yield f"{len(verdict.checks)} of {len(verdict.checks)} checks passed"

@@ -13,12 +13,14 @@ import httpx
 import pytest
 from demo_process import Demo, demo, seconds_to_end, surviving_processes
 
+from core.drift.baseline import FEWEST_EVENTS
 from core.paper import ISOLATOR
 from service.demo.hidden_effect import RUBBER
+from service.demo.scenario import BY_DESIGN
 
 PAST = 3
 FITTED = 400.0
-"""s to analyse four earthquakes and fit a model to them: 80 s on two quiet cores, which other tests share."""
+"""s to analyse all earthquakes, or four and fit a model to them: 80 s on two quiet cores, which other tests share."""
 
 
 @pytest.mark.slow
@@ -47,14 +49,34 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
         seconds_to_end(second)
 
 
+@pytest.mark.slow
+@pytest.mark.accuracy
+def test_the_building_is_undecided_until_its_baseline_stands_and_then_normal(tmp_path: Path) -> None:
+    with demo(tmp_path / "kept", tmp_path / "said.txt", "--next-after", "3600") as running:
+        address = running.address()
+        events = running.events(address, BY_DESIGN.earthquakes, patience=FITTED)
+        building = running.until(lambda: final_verdict(address))
+        ids = sorted((event["start"], event["id"]) for event in events)
+        levels = [httpx.get(f"{address}/api/v1/events/{number}/verdict").json()["level"] for _, number in ids]
+        seconds_to_end(running)
+    first = levels.index("normal")
+    assert first >= FEWEST_EVENTS
+    assert set(levels[:first]) <= {"undecided", "inspect", "act"}
+    assert set(levels[first:]) <= {"normal", "watch"}
+    assert (levels[-1], building["level"]) == ("normal", "normal")
+    assert {check["outcome"] for check in building["checks"]} == {"passed"}
+
+
+def final_verdict(address: str) -> dict[str, Any] | None:
+    """Of the building, once nothing is provisional."""
+    verdict: dict[str, Any] = httpx.get(f"{address}/api/v1/buildings/DEMO/verdict").json()
+    return None if verdict["is_provisional"] else verdict
+
+
 def undecided_checks(running: Demo, address: str) -> set[str]:
     """Checks without which the building's verdict would be normal, once nothing is provisional."""
 
-    def final() -> dict[str, Any] | None:
-        verdict: dict[str, Any] = httpx.get(f"{address}/api/v1/buildings/DEMO/verdict").json()
-        return None if verdict["is_provisional"] else verdict
-
-    verdict = running.until(final)
+    verdict = running.until(lambda: final_verdict(address))
     assert (verdict["level"], verdict["open_alerts"]) == ("undecided", []), verdict
     assert {check["outcome"] for check in verdict["checks"]} == {"passed", "undecided"}
     return {check["name"] for check in verdict["checks"] if check["outcome"] == "undecided"}
@@ -72,7 +94,7 @@ def test_a_hidden_effect_is_reported_until_a_model_with_it_is_accepted(tmp_path:
         httpx.Client(base_url=running.address(), timeout=30.0) as service,
     ):
         former = running.until(lambda: re.search(r"1\. open \S+/models/(\d+)", running.printed.read_text()), FITTED)[1]
-        assert "The model misses the latest 2 events" in service.get("/").text
+        assert "The model misses the latest 2 events" in service.get("/buildings/DEMO").text
         before = service.get(f"/api/v1/models/{former}").json()
         assert before["errors"]["later"]["nrmse"] > 0.03 > 2 * before["errors"]["fitted"]["nrmse"]
 

@@ -71,6 +71,11 @@ def test_a_misspelt_password_is_not_printed(tmp_path: Path, capsys: pytest.Captu
 def test_passwords_are_masked() -> None:
     explained = origins(Settings(database_url="postgresql://me:secret@host/name"))
     assert explained["database_url"][0] == "postgresql://me:***@host/name"
+    grants = ({"group": "a", "role": "viewer"},)
+    oidc = {"issuer": "https://a.example", "client_id": "b", "client_secret": "s3cr3t", "grants": grants}
+    explained = origins(Settings(public_url="https://c.example", oidc=oidc))
+    assert "s3cr3t" not in str(explained)
+    assert "'group': 'a'" in explained["oidc.grants"][0]
 
 
 @pytest.mark.parametrize(
@@ -110,6 +115,8 @@ def test_every_setting_is_documented_with_its_meaning() -> None:
         'smtp_password = "s3cr3t"',
         'smtp.password = "s3cr3t"',
         "smtp.password = 5123",
+        "oidc.client_secret = 5123",
+        'oidc.client_secret = "s3cr3t"\noidc.client_id = "a"',
         'smtp = "s3cr3t"',
         'heartbeat = "s3cr3t"',
         'database_url = "s3cr3t"\njobs.workers = 0',

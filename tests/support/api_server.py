@@ -14,14 +14,19 @@ from service.http.connections import TimeLimits
 from service.http.server import server
 from service.settings import Settings
 
+OWN, LOCALHOST = "http://127.0.0.1:{}", "http://localhost:{}"
+"""Public addresses of a service, with its port: two sites for a browser."""
+
 
 @contextmanager
 def api_server(
     url: str, visitor: Caller | None = VISITOR, time_limits: TimeLimits | None = None, **settings: object
 ) -> Iterator[str]:
-    """Address of a service at this database."""
-    app = create(Settings(database_url=url, **settings), visitor)
+    """Address of a service at this database; its public one may be the same (OWN), or by name (LOCALHOST)."""
     with socket.create_server(("127.0.0.1", 0)) as door:
+        port = door.getsockname()[1]
+        given = {name: value.format(port) if value in (OWN, LOCALHOST) else value for name, value in settings.items()}
+        app = create(Settings(database_url=url, **given), visitor)
         running = server(app, time_limits)
         thread = Thread(target=running.run, args=([door],))
         thread.start()
@@ -29,7 +34,7 @@ def api_server(
             assert thread.is_alive(), "the server did not start"
             sleep(0.01)
         try:
-            yield f"http://127.0.0.1:{door.getsockname()[1]}"
+            yield OWN.format(port)
         finally:
             running.should_exit = True
             thread.join()

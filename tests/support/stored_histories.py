@@ -160,7 +160,7 @@ def claim_next(session: Session, now: datetime) -> Claim:
 
 def store(session: Session, claim: Claim, found: EventAnalysis, now: datetime) -> None:
     """Write what an analysis found as the worker does."""
-    made_from = Inputs((), paper(), AnalysisSettings(), _revision(session, claim), ())
+    made_from = Inputs((), paper(), AnalysisSettings(), _revision(session, claim), (), "described")
     if job_queue.finish(session, claim, now):
         KINDS[ANALYSE].store(session, claim, made_from, (found,), now)
 

@@ -10,6 +10,7 @@ import numpy as np
 from fastapi import APIRouter, Depends, Query, Response
 from sqlalchemy.orm import Session, sessionmaker
 
+from core.arrays import Vector
 from core.isolation_layer.equivalent import EquivalentSegment
 from service.access.auth import viewer
 from service.analyses import history, mode_tracks, queries
@@ -25,7 +26,7 @@ from service.http.responses import TaggedRoute
 from service.reports import charts
 from service.reports.charts import BLUE, CONFIG, KN
 
-CYCLES = 5000
+CYCLES = 1500
 """Most points in a picture: more cannot be distinguished."""
 PERCENT = 1e2
 MARGIN = 0.05
@@ -57,7 +58,7 @@ def loop(wanted: As, sessions: Reading, result: Number) -> Response:
     def draw() -> charts.Picture:
         with sessions() as session:
             rate, *stored = queries.loop(session, result)
-        displacement, force, _ = (decode_history(one) for one in stored)
+        displacement, force, _ = decoded(stored, "loop of result", result)
         time = np.arange(force.size) / rate
         return charts.loop(time=time, displacement=displacement, force=force, title="Restoring force")
 
@@ -71,7 +72,7 @@ def restoring_force(wanted: As, sessions: Reading, result: Number) -> Response:
     def draw() -> charts.Picture:
         with sessions() as session:
             rate, *stored = queries.loop(session, result)
-        displacement, force, std = (decode_history(one) for one in stored)
+        displacement, force, std = decoded(stored, "loop of result", result)
         time = np.arange(force.size) / rate
         return charts.restoring_force(
             time=time, displacement=displacement, force=force, std=std, title="Restoring force"
@@ -111,12 +112,22 @@ def _of_layer(
     def draw() -> charts.Picture:
         with sessions() as session:
             row = queries.layer_motion_of(session, layer)
-        histories = [decode_history(blob) for one in series if (blob := row._mapping[one]) is not None]
-        if len(histories) < len(series):
-            raise NotFoundError(f"{name} of layer result", layer)
+        histories = decoded([row._mapping[one] for one in series], f"{name} of layer result", layer)
         return chart(np.arange(row.length) / row.rate, *histories)
 
     return picture(wanted, draw, name, layer)
+
+
+def decoded(blobs: Sequence[bytes | None], what: str, number: int) -> list[Vector]:
+    """Stored histories.
+
+    Raises:
+        NotFoundError: one was not measured, or is empty, as of an analysis that a later one superseded.
+    """
+    series = [decode_history(blob) for blob in blobs if blob is not None]
+    if len(series) < len(blobs) or not all(one.size for one in series):
+        raise NotFoundError(what, number)
+    return series
 
 
 @router.get("/stiffness.{form}")
@@ -141,7 +152,7 @@ def modes(wanted: As, sessions: Reading, shown: Shown) -> Response:
     """Frequency and damping of each established mode, over time and over the strength of the shaking."""
     with sessions() as session:
         building, _ = building_queries.building(session, shown.building)
-        tracked = mode_tracks.tracked_modes(session, building.id, Span(), shown.direction)
+        tracked = mode_tracks.tracked_modes(session, building.id, Span(), shown.direction, mode_tracks.SHOWN)
     established = [mode for mode in tracked if mode.is_established]
     if not established:
         raise NotFoundError("mode of building", f"{shown.building}, direction {shown.direction}")
@@ -165,7 +176,7 @@ def _panels(mode: TrackedMode) -> alt.HConcatChart:
 
 
 def _panel(rows: Sequence[dict[str, float]], value: str, across: str) -> alt.LayerChart:
-    data, name = alt.InlineData(values=rows), "frequency" if value == FREQUENCY else "damping"
+    data, name = charts.values(rows), "frequency" if value == FREQUENCY else "damping"
     low, high = min(row[f"{name}_low"] for row in rows), max(row[f"{name}_high"] for row in rows)
     # Of a bar's two ends only one would be counted by itself.
     scale = alt.Scale(domain=[low - MARGIN * (high - low), high + MARGIN * (high - low)], zero=False, nice=False)

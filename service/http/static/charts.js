@@ -44,6 +44,10 @@ function withLegendsBelow(spec) {
   return withConfig(spec, { legend: { orient: "bottom", columns: 1 } });
 }
 
+function withShortTitles(spec, most) { // a long title would leave little room for the panel
+  return withConfig(spec, { title: { limit: most - AXIS } });
+}
+
 function inTheme(spec) {
   if (!isDark()) return withConfig(spec, { background: "white" });
   const { colours, config } = spec.usermeta.dark;
@@ -110,7 +114,7 @@ class Chart {
     if (room === 0) return; // it is not shown, as on paper
     let spec = this.hasOtherAxes ? withAxes(this.spec, this.spec.usermeta.log) : this.spec;
     spec = inTheme(spec);
-    if (room < NARROW) spec = within(stacked(withLegendsBelow(spec)), room - AXIS);
+    if (room < NARROW) spec = within(stacked(withLegendsBelow(withShortTitles(spec, room))), room - AXIS);
     await this.embed(spec);
     for (let tries = 0; tries < 3 && this.canvasWidth() > room; tries += 1) {
       spec = within(spec, Math.max(LEAST, this.widest(spec) - (this.canvasWidth() - room) - 1));

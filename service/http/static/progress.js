@@ -1,6 +1,6 @@
 "use strict";
 // Follows what is under way by server-sent events. Only the parts of a page that are marked data-live are ever replaced:
-// what a person has typed or ticked elsewhere on it stays.
+// what a person has typed or ticked elsewhere on it stays. A page with data-leads gives way to the result.
 
 const UNDER_WAY = ["waiting", "running"];
 
@@ -41,6 +41,7 @@ function showProgress(part, job) {
 
 async function renew() {
   const answer = await fetch(location.href, { credentials: "same-origin" });
+  if (answer.ok && answer.redirected && document.querySelector("[data-leads]") !== null) location.replace(answer.url);
   if (!answer.ok || answer.redirected) return;
   const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
   for (const part of document.querySelectorAll("[data-live]")) {

@@ -14,6 +14,7 @@ from service.http.responses import TaggedRoute, responses, table_responses
 from service.jobs.schema import JobOut
 from service.jobs.tables import Job
 from service.models import answers, queries, requests, store
+from service.models.model_file import written
 from service.models.schema import (
     Comparisons,
     EffectRequest,
@@ -29,6 +30,7 @@ from service.models.schema import (
 router = APIRouter(tags=["models"], route_class=TaggedRoute)
 
 By = Annotated[Caller, Depends(engineer)]
+TOML = "application/toml"
 LOCATION = {"description": "Address of what was made.", "schema": {"type": "string"}}
 
 
@@ -85,6 +87,26 @@ def model(model_id: ModelId, sessions: Reading) -> ModelOut:
     """A model: its values with standard deviations, what it was made from, its errors."""
     with sessions() as session:
         return answers.whole(session, queries.version(session, model_id))
+
+
+@router.get(
+    "/models/{model_id}/file",
+    operation_id="get_model_file",
+    response_class=Response,
+    responses=openapi_responses(401, 403, 404, 409, 422, 429)
+    | {200: {"content": {TOML: {"schema": {"type": "string"}}}}},
+)
+def file(model_id: ModelId, sessions: Reading) -> Response:
+    """The model as a file for `menshin model` and notebooks.
+
+    409 if the version names an effect that this Menshin does not have.
+    """
+    with sessions() as session:
+        content = answers.model_file(session, queries.version(session, model_id))
+    name = f"{content.building}-{content.direction}-{model_id}.toml"
+    return Response(
+        written(content).encode(), media_type=TOML, headers={"Content-Disposition": f'attachment; filename="{name}"'}
+    )
 
 
 @router.get("/models/{model_id}/lineage", operation_id="get_lineage", **responses(Lineage, 404))

@@ -10,7 +10,19 @@ from core.comparison.block_corrections import BlockCorrection
 from core.workbench.candidates import Candidate
 from core.workbench.earthquakes import label
 from service.models import texts
-from service.reports.charts import BLUE, FAINT, GREY, INK, KN, KN_PER_MM, MM, ORANGE, WIDTH, values
+from service.reports.charts import (
+    BLUE,
+    FAINT,
+    GREY,
+    INK,
+    KN,
+    KN_PER_MM,
+    MM,
+    ORANGE,
+    WIDTH,
+    shown_on_hover,
+    values,
+)
 from service.reports.document import Figure, Rows, numbers
 
 HEIGHT = 300
@@ -93,6 +105,7 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
             "left": min(row["noise ratio of the residual"], before),
             "kind": row["kind"],
             "before": before,
+            **{name: row[name] for name in ("family", "noise ratio of the residual", "ΔBIC", "reason")},
         }
         for row in rows
     ]
@@ -106,6 +119,11 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
             y,
             alt.X("left:Q", title="noise ratio of the residual").scale(zero=False, nice=True, padding=15),
             color=alt.Color("kind:N", scale=scale, legend=legend),
+            tooltip=[
+                *(alt.Tooltip(f"{name}:N") for name in ("effect", "family")),
+                *shown_on_hover("noise ratio of the residual", "ΔBIC"),
+                alt.Tooltip("reason:N", title="implausible because"),
+            ],
         ),
         alt.Chart(values([{"x": before, "name": "without any"}]))
         .mark_rule(color=INK, strokeDash=[5, 4])
@@ -139,11 +157,13 @@ def _points(key: str, rows: Rows, names: tuple[str, str, str], across: alt.X, up
     plain: Rows = [
         {"earthquake": row["earthquake"], "x": row[x], "y": min(max(row[y], bottom), top)}
         | {"low": max(row[y] - row[std], bottom), "high": min(row[y] + row[std], top)}
+        | {"value": row[y], "std": row[std]}
         for row in rows
     ]
     sides = [int(row[y] > top) - int(row[y] < bottom) for row in rows]
     scale = alt.Scale(domain=[bottom, top], nice=False) if any(sides) else alt.Scale()
-    picture = _scatter({side: _only(side, plain, sides) for side in (0, 1, -1)}, across, up, scale)
+    hover = [alt.Tooltip("earthquake:N", title="earthquake (UTC)"), *shown_on_hover(x=x, value=y, std=std)]
+    picture = _scatter({side: _only(side, plain, sides) for side in (0, 1, -1)}, across, up, scale, hover)
     title, caption = texts.FIGURES[key]
     if any(sides):
         remark = texts.outside_axis([row[y] for row, side in zip(rows, sides, strict=True) if side], len(rows), y)
@@ -157,7 +177,9 @@ def _only(side: int, rows: Rows, sides: Sequence[int]) -> Rows:
     return [row for row, its in zip(rows, sides, strict=True) if its == side]
 
 
-def _scatter(sides: Mapping[int, Rows], across: alt.X, up: str, scale: alt.Scale) -> alt.LayerChart:
+def _scatter(
+    sides: Mapping[int, Rows], across: alt.X, up: str, scale: alt.Scale, hover: list[alt.Tooltip]
+) -> alt.LayerChart:
     """Points with bars.
 
     Args:
@@ -165,6 +187,7 @@ def _scatter(sides: Mapping[int, Rows], across: alt.X, up: str, scale: alt.Scale
         across: horizontal axis.
         up: title of the vertical axis.
         scale: its scale.
+        hover: what a point shows.
     """
     legend = alt.Legend(symbolOpacity=1.0, symbolType="circle")
     colour = alt.Color("earthquake:N", title="earthquake (UTC)", legend=legend).scale(scheme="tableau10")
@@ -172,15 +195,15 @@ def _scatter(sides: Mapping[int, Rows], across: alt.X, up: str, scale: alt.Scale
     base = alt.Chart(values(sides[0]), width=WIDTH * 0.75, height=HEIGHT)
     zero = alt.Chart(values([{"y": 0}])).mark_rule(color=FAINT).encode(vertical)
     bars = base.mark_rule(opacity=0.4).encode(across, low, alt.Y2("high:Q"), color=colour)
-    points = base.mark_circle(size=45, opacity=0.85).encode(across, vertical, color=colour)
+    points = base.mark_circle(size=45, opacity=0.85).encode(across, vertical, color=colour, tooltip=hover)
     edges = [
         alt.Chart(values(sides[side]))
         .mark_point(shape=shape, filled=True, size=110, opacity=1.0)
-        .encode(across, vertical, color=colour)
+        .encode(across, vertical, color=colour, tooltip=hover)
         for side, shape in TRIANGLES.items()
         if sides[side]
     ]
-    return alt.LayerChart(layer=[zero, bars, points, *edges])
+    return alt.LayerChart(layer=[zero, bars, *edges, points])
 
 
 def _kind(one: Candidate) -> str:

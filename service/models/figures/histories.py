@@ -9,7 +9,7 @@ from core.arrays import Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.prediction import Prediction
 from service.models import texts
-from service.reports.charts import BLUE, GREY, KN, MM, ORANGE, STEP, WIDTH, curves, values
+from service.reports.charts import BLUE, GREY, KN, MM, ORANGE, STEP, WIDTH, brief, curves, shown_on_hover, values, wider
 from service.reports.document import Figure, Rows, numbers
 from service.reports.thinning import along_path, extremes
 
@@ -46,25 +46,26 @@ def _loop_rows(one: ForceComparison) -> Rows:
     x = one.observation.layer.displacement * MM
     forces = {MEASURED: one.observation.layer.force, MODEL: one.model, RESIDUAL: ENLARGED * one.residual}
     return [
-        {"curve": name, "order": int(at), "displacement (mm)": float(x[at]), "force (kN)": float(force[at] * KN)}
+        {"curve": name, "order": int(at), "displacement (mm)": brief(x[at]), "force (kN)": brief(force[at] * KN)}
         for name, force in forces.items()
         for at in along_path(x, force, STEP)
     ]
 
 
 def _loop(rows: Rows, width: int) -> alt.LayerChart:
-    layers = [
-        alt.Chart(values([row for row in rows if row["curve"] == name]), width=width, height=LOOP[1])
-        .mark_line(strokeWidth=line, strokeJoin="round")
+    lines = (
+        alt.Chart(values(rows), width=width, height=LOOP[1])
+        .mark_line(strokeJoin="round")
         .encode(
             x=alt.X("displacement (mm):Q").scale(nice=False, padding=10),
             y=alt.Y("force (kN):Q"),
             order="order:Q",
             color=curves({MEASURED: GREY, MODEL: BLUE, RESIDUAL: ORANGE}),
+            strokeWidth=wider(MEASURED, 3.2, 1.1),
+            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover("displacement (mm)", "force (kN)")],
         )
-        for name, line in ((MEASURED, 3.2), (MODEL, 1.1), (RESIDUAL, 1.1))
-    ]
-    return alt.LayerChart(layer=layers)
+    )
+    return alt.LayerChart(layer=[lines])
 
 
 def histories(forces: Sequence[ForceComparison], predictions: Sequence[Prediction]) -> Figure:
@@ -101,18 +102,20 @@ def _titled(panel: alt.LayerChart, direction: str, directions: Sized) -> alt.Lay
 
 
 def _history(measured: Vector, model: Vector, rate: float, label: str) -> alt.LayerChart:
-    layers = [
-        alt.Chart(values(_rows(name, series, rate)), width=WIDTH, height=HEIGHT)
-        .mark_line(strokeWidth=width)
+    rows = [*_rows(MEASURED, measured, rate), *_rows(MODEL, model, rate)]
+    lines = (
+        alt.Chart(values(rows), width=WIDTH, height=HEIGHT)
+        .mark_line()
         .encode(
             x=alt.X("x:Q", title="time after the start of the record (s)").scale(nice=False),
             y=alt.Y("y:Q", title=label).axis(minExtent=55),
             color=curves({MEASURED: GREY, MODEL: BLUE}),
+            strokeWidth=wider(MEASURED, 2.2, 1.0),
+            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover(x="time (s)", y=label)],
         )
-        for name, series, width in ((MEASURED, measured, 2.2), (MODEL, model, 1.0))
-    ]
-    return alt.LayerChart(layer=layers)
+    )
+    return alt.LayerChart(layer=[lines])
 
 
 def _rows(name: str, series: Vector, rate: float) -> Rows:
-    return [{"curve": name, "x": float(at / rate), "y": float(f"{series[at]:.5g}")} for at in extremes(series, POINTS)]
+    return [{"curve": name, "x": brief(at / rate), "y": brief(series[at])} for at in extremes(series, POINTS)]

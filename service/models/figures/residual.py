@@ -13,7 +13,7 @@ from core.comparison.profile import Profile
 from core.rounding import plain
 from core.workbench.earthquakes import label
 from service.models import texts
-from service.reports.charts import BLUE, FAINT, GREY, INK, KN, MM, ORANGE, WIDTH, curves, values
+from service.reports.charts import BLUE, FAINT, GREY, INK, KN, MM, ORANGE, WIDTH, brief, curves, shown_on_hover, values
 from service.reports.document import Figure, Rows, numbers
 
 CELLS = 19
@@ -68,12 +68,13 @@ def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceCompariso
     ]
     colours = {name: {BEFORE: BLUE, AFTER: ORANGE, NOISE: GREY}[name] for name in (*shown, NOISE)}
     lines = (
-        alt.Chart(values(rows), width=WIDTH, height=240)
+        alt.Chart(values([row | {"y": row["residual (noise ratio/√Hz)"]} for row in rows]), width=WIDTH, height=240)
         .mark_line(strokeWidth=1.4)
         .encode(
             x=alt.X("frequency (Hz):Q").scale(type="log", nice=False),
-            y=alt.Y("residual (noise ratio/√Hz):Q").scale(type="log").axis(format="~g", values=DECADES),
+            y=alt.Y("y:Q", title="residual (noise ratio/√Hz)").scale(type="log").axis(format="~g", values=DECADES),
             color=curves(colours),
+            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover("frequency (Hz)", y="residual (noise ratio/√Hz)")],
         )
     )
     return Figure("spectrum", *texts.FIGURES["spectrum"], (alt.LayerChart(layer=[lines]),), numbers(rows))
@@ -99,11 +100,11 @@ def _cells(one: ForceComparison, called: str) -> Rows:
     return [
         {
             "earthquake": called,
-            "displacement (mm)": float(edges[0][i]),
-            "to (mm)": float(edges[0][i + 1]),
-            "velocity (mm/s)": float(edges[1][j]),
-            "to (mm/s)": float(edges[1][j + 1]),
-            "mean residual (kN)": float(sums[i, j] / counts[i, j]),
+            "displacement (mm)": brief(edges[0][i]),
+            "to (mm)": brief(edges[0][i + 1]),
+            "velocity (mm/s)": brief(edges[1][j]),
+            "to (mm/s)": brief(edges[1][j + 1]),
+            "mean residual (kN)": brief(sums[i, j] / counts[i, j]),
         }
         for i, j in zip(*np.nonzero(counts), strict=True)
     ]
@@ -127,6 +128,13 @@ def _map(rows: Rows) -> alt.LayerChart:
             y=alt.Y("y:Q", title="velocity (mm/s)").scale(nice=False),
             y2="y2:Q",
             color=alt.Color("residual:Q", title="kN", scale=scale),
+            tooltip=shown_on_hover(
+                x="displacement (mm)",
+                x2="to (mm)",
+                y="velocity (mm/s)",
+                y2="to (mm/s)",
+                residual="mean residual (kN)",
+            ),
         )
     )
     return alt.LayerChart(layer=[picture], title=alt.Title(str(rows[0]["earthquake"]), fontSize=13))

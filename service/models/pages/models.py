@@ -1,6 +1,6 @@
 """Pages of models, diagnoses and physical effects, and their forms; JavaScript shows progress only."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Annotated
 from urllib.parse import urlencode
@@ -10,24 +10,31 @@ from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
 from core.effects import EFFECTS
+from core.units import shown
+from core.workbench.texts import distinguishing_records
 from service.access.auth import Caller, Role, engineer
 from service.access.pages import reader
 from service.buildings import queries as building_queries
-from service.buildings.store import described
-from service.errors import ConflictError, NotFoundError
+from service.buildings.store import described, zone
+from service.db.blobs import decode_history
+from service.errors import ConflictError, FieldsError, NotFoundError
 from service.http.forms import NOT_REFUSED, Posted, Refused, Wanted, answered, posted, refused, ticked
 from service.http.parameters import LARGEST, Code, JobId, ModelId, Reading, Writing
 from service.http.rendering import page
 from service.jobs import requests as job_requests
 from service.jobs.queue import UNDER_WAY
 from service.jobs.requests import cancel_for, may_cancel
+from service.jobs.tables import Job
 from service.models import answers, queries, requests, store
 from service.models.api.comparisons import DiagnosisId
 from service.models.api.effects import EffectName, answered as effect_out
+from service.models.effect_loops import AMPLITUDE, read_values, slider, usual_values
 from service.models.effects import families
 from service.models.queries import DIRECTIONS
 from service.models.schema import HOLD_OUT, EffectForm, FitForm, ModelRequest
 from service.models.tables import ModelComparison
+from service.models.windows import Window, worst_windows
+from service.records import queries as record_queries
 
 router = APIRouter(include_in_schema=False)
 
@@ -57,16 +64,18 @@ def _listed(
     with sessions() as session:
         building, _ = building_queries.building(session, code)
         rows = answers.rows(session, queries.versions(session, building.id, None, None, None, VERSIONS))
-        directions = described(session, building).description.horizontal_directions
+        file = described(session, building)
+        directions = file.description.horizontal_directions
         return page(
             request,
             "models",
             refused.status,
             refused=refused,
             building=building,
+            zone=file.timezone,
             models=rows,
             directions=directions,
-            may_work=by.role >= Role.engineer,
+            may_work=by.on(code).role >= Role.engineer,
         )
 
 
@@ -101,26 +110,31 @@ def _shown_model(
         ticked = _ticked(refused.given)
     with sessions() as session:
         version = queries.version(session, model_id)
+        by = by.on(version.building.code)
         compared = queries.latest_comparisons(session, [model_id])[model_id]
         jobs = job_requests.jobs(session, None, None, model_id, None, JOBS)
-        there = queries.comparable(session, version.building_id, DIRECTIONS[version.direction], None)
+        there = queries.latest_comparable(session, version.building_id, DIRECTIONS[version.direction], OFFERED)
         model = answers.whole(session, version)
+        shown = _shown([one for one, _ in compared], comparison)
         return page(
             request,
             "model",
             refused.status,
             refused=refused,
             building=version.building,
+            zone=zone(session, version.building),
             model=model,
             lineage=answers.rows(session, queries.lineage(session, model_id)),
             comparisons=[answers.comparison_row(*pair) for pair in compared],
             trend=answers.trend(model_id, compared),
-            shown=_shown([one for one, _ in compared], comparison),
+            shown=shown,
+            windows=[] if shown is None else _windows(session, shown),
+            former=queries.former_version(session, version) if version.state == "current" else None,
             jobs=jobs,
             followed=next((job.id for job in jobs if job.state in UNDER_WAY), None),
             ticked=model.left_out if ticked is None else ticked,
             may_cancel=lambda job: may_cancel(job, by),
-            offered=there[: -OFFERED - 1 : -1],
+            offered=there,
             diagnoses=queries.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in version.effects],
             may_work=by.role >= Role.engineer,
@@ -137,22 +151,72 @@ def _shown(compared: list[ModelComparison], number: int | None) -> int | None:
     return number
 
 
+def _windows(session: Session, comparison: int) -> list[Window]:
+    """The worst parts of a comparison; none where a later analysis left nothing of the measured force."""
+    stored = queries.comparison(session, comparison)
+    measured = queries.measured(session, stored.analysis_id, stored.direction)
+    displacement, force, modelled = map(decode_history, (measured.displacement, measured.force, stored.force))
+    return worst_windows(displacement, force, modelled, measured.rate) if force.size == modelled.size else []
+
+
 @router.get("/diagnoses/{diagnosis_id}")
 def of_diagnosis(request: Request, diagnosis_id: DiagnosisId, sessions: Reading, by: Reader) -> Response:
     """A diagnosis: the text, the effects tried, and the pictures; an engineer may add one of the effects."""
     with sessions() as session:
         stored = queries.diagnosis(session, diagnosis_id)
         (model,) = answers.rows(session, [stored.model])
+        found = answers.diagnosis(stored)
         return page(
             request,
             "diagnosis",
             building=stored.model.building,
+            zone=zone(session, stored.model.building),
             model=model,
-            diagnosis=answers.diagnosis(stored),
+            diagnosis=found,
             sentences=stored.sentences,
+            alike=_alike(found.set),
             pictures=stored.pictures,
-            may_work=by.role >= Role.engineer,
+            may_work=by.on(stored.model.building.code).role >= Role.engineer,
         )
+
+
+def _alike(effects: Sequence[str]) -> str:
+    """Records that would separate effects which a diagnosis cannot distinguish; empty for a single effect."""
+    known = [name for name in effects if name in EFFECTS]
+    return distinguishing_records(known) if len(known) > 1 else ""
+
+
+@router.get("/jobs/{job_id}")
+def of_job(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
+    """Progress of work on a model or an earthquake; once it is done, the page of its result."""
+    with sessions() as session:
+        job = job_requests.job(session, job_id)
+        if job.model_id is None and job.event_id is None:
+            raise NotFoundError("job on a model or an earthquake", job_id)
+        if job.state == "done" and job.refusal is None:
+            return RedirectResponse(_result_page(job), 303)
+        model = None if job.model_id is None else queries.version(session, job.model_id)
+        event = None if job.event_id is None else record_queries.event(session, job.event_id)
+        building = next(one.building for one in (model, event) if one is not None)
+        return page(
+            request,
+            "job",
+            job=job,
+            zone=zone(session, building),
+            model=model,
+            event=event,
+            is_under_way=job.state in UNDER_WAY,
+            may_cancel=may_cancel(job, by),
+        )
+
+
+def _result_page(job: Job) -> str:
+    result = job.result or {}
+    if job.model_id is None:
+        return f"/events/{job.event_id}"
+    if "diagnosis" in result:
+        return f"/diagnoses/{result['diagnosis']}"
+    return f"/models/{result.get('made', job.model_id)}"
 
 
 @router.get("/effects")
@@ -163,10 +227,26 @@ def effects(request: Request, _: Reader) -> Response:
 
 @router.get("/effects/{name}")
 def effect(request: Request, name: EffectName, _: Reader) -> Response:
-    """One of them, explained."""
+    """One of them, explained, with its loop at the values of the query."""
     if name not in EFFECTS:
         raise NotFoundError("effect", name)
-    return page(request, "effect", effect=effect_out(name, EFFECTS[name]))
+    refusal, typed = NOT_REFUSED, dict(request.query_params)
+    try:
+        values, amplitude = read_values(name, typed)
+    except FieldsError as error:
+        refusal = refused("values", typed, error)
+        values, amplitude = usual_values(name), AMPLITUDE
+    parameters = EFFECTS[name].parameters
+    return page(
+        request,
+        "effect",
+        refusal.status,
+        refused=refusal,
+        effect=effect_out(name, EFFECTS[name]),
+        sliders={one.name: slider(one) for one in parameters},
+        typed={one.name: f"{shown(values[one.name], one.unit):.6g}" for one in parameters}
+        | {"amplitude": f"{amplitude * 1e3:g}"},
+    )
 
 
 @router.post("/buildings/{code}/models")
@@ -195,8 +275,8 @@ def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form:
 def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
     """Compare the model with every event, and show the progress."""
 
-    def work(session: Session, wanted: FitForm, now: datetime) -> None:
-        requests.compare(session, model_id, wanted, by.name, now)
+    def work(session: Session, wanted: FitForm, now: datetime) -> Job:
+        return requests.compare(session, model_id, wanted, by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
 
@@ -205,8 +285,8 @@ def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form
 def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
     """Fit the model to all events except the held-out ones, and show the progress."""
 
-    def work(session: Session, wanted: FitForm, now: datetime) -> None:
-        requests.fit(session, model_id, wanted, by.name, now)
+    def work(session: Session, wanted: FitForm, now: datetime) -> Job:
+        return requests.fit(session, model_id, wanted, by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
 
@@ -215,8 +295,8 @@ def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fi
 def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
     """Diagnose the model by all events except the held-out ones, and show the progress."""
 
-    def work(session: Session, wanted: FitForm, now: datetime) -> None:
-        requests.diagnose(session, model_id, wanted, by.name, now)
+    def work(session: Session, wanted: FitForm, now: datetime) -> Job:
+        return requests.diagnose(session, model_id, wanted, by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
 
@@ -225,8 +305,8 @@ def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, for
 def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Extending) -> Response:
     """Add an effect to the model, and show the progress."""
 
-    def work(session: Session, wanted: EffectForm, now: datetime) -> None:
-        requests.extend(session, model_id, wanted, by.name, now)
+    def work(session: Session, wanted: EffectForm, now: datetime) -> Job:
+        return requests.extend(session, model_id, wanted, by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
 
@@ -254,13 +334,19 @@ def _worked(
     sessions: sessionmaker[Session],
     by: Caller,
     form: Posted[Wanted],
-    work: Callable[[Session, Wanted, datetime], None],
+    work: Callable[[Session, Wanted, datetime], Job | None],
 ) -> Response:
-    """Work on a model; the form keeps what was ticked, and where the work is refused the page says why."""
+    """Work on a model; the form keeps what was ticked, and where the work is refused the page says why.
+
+    A form of another page has a field `follow`: it leads to the page of the job.
+    """
 
     def act(wanted: Wanted) -> Response:
         with sessions.begin() as session:
-            work(session, wanted, datetime.now(UTC))
+            job = work(session, wanted, datetime.now(UTC))
+            number = None if job is None else job.id
+        if "follow" in form.fields and number is not None:
+            return RedirectResponse(f"/jobs/{number}", 303)
         hold_out = ",".join(map(str, sorted(_ticked(form.fields))))
         kept = f"?{urlencode({'hold_out': hold_out})}" if "offered" in form.fields else ""
         return RedirectResponse(f"/models/{model_id}{kept}", 303)

@@ -57,7 +57,7 @@ def message(request: Request, message_id: MessageId, sessions: Reading) -> Messa
     """A message with its deliveries."""
     with sessions() as session:
         answer = message_out(session, queries.message(session, message_id))
-    return visible_to(caller(request).role, answer)
+    return visible_to(caller(request), answer)
 
 
 def existing(message_id: MessageId, sessions: Reading) -> int:
@@ -122,8 +122,7 @@ def deliveries(
     """Deliveries of messages to recipients, the latest first."""
     with sessions() as session:
         listed = queries.deliveries(session, building, receiver, state, cursor, limit)
-        role = caller(request).role
-        rows = [visible_to(role, row) for row in delivery_rows(session, listed)]
+        rows = [visible_to(caller(request), row) for row in delivery_rows(session, listed)]
     return page_by_number(Deliveries, rows, limit)
 
 
@@ -132,7 +131,7 @@ def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> De
     """A delivery with every attempt: time, answer of the recipient, duration."""
     with sessions() as session:
         answer = delivery_out(queries.delivery(session, delivery_id))
-    return visible_to(caller(request).role, answer)
+    return visible_to(caller(request), answer)
 
 
 @router.post(

@@ -37,8 +37,7 @@ def of_building(request: Request, code: Code, sessions: Reading) -> Receivers:
     """Recipients of the building's messages."""
     with sessions() as session:
         building, _ = building_queries.building(session, code)
-        role = caller(request).role
-        rows = [visible_to(role, receiver_out(row)) for row in recipients.of_building(session, building.id)]
+        rows = [visible_to(caller(request), receiver_out(row)) for row in recipients.of_building(session, building.id)]
     return Receivers(items=rows)
 
 
@@ -75,7 +74,7 @@ def one(request: Request, receiver_id: ReceiverId, sessions: Reading) -> Receive
     """A recipient."""
     with sessions() as session:
         answer = receiver_out(recipients.receiver(session, receiver_id))
-    return visible_to(caller(request).role, answer)
+    return visible_to(caller(request), answer)
 
 
 @router.patch(

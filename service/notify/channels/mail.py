@@ -47,7 +47,7 @@ def send(message: RenderedMessage, to: Destination, settings: Settings, now: dat
 
 
 def composed(message: RenderedMessage, to: str, sender: str, now: datetime) -> EmailMessage:
-    """The mail of a message: plain text, and HTML with the picture."""
+    """The mail of a message: plain text, HTML with the picture, and the report."""
     domain = sender.rpartition("@")[2]
     mail = EmailMessage(policy=SMTP)
     mail["From"] = Address(texts.SENDER, addr_spec=sender)
@@ -69,6 +69,8 @@ def composed(message: RenderedMessage, to: str, sender: str, now: datetime) -> E
         _, html = mail.iter_parts()
         assert isinstance(html, EmailMessage)
         html.add_related(message.picture, "image", "png", cid=f"<{picture}>", filename="loop.png", disposition="inline")
+    if message.report is not None:
+        mail.add_attachment(message.report.content, "application", "pdf", filename=message.report.name)
     return mail
 
 

@@ -27,6 +27,7 @@ from service.records.fdsn_query import (
 )
 from service.version import VERSION
 
+MINISEED = "application/vnd.fdsn.mseed"
 router = APIRouter(prefix="/fdsnws", include_in_schema=False)
 Service = Literal["station", "dataselect"]
 Given = Sequence[tuple[str, str]]
@@ -156,7 +157,7 @@ def samples(
         content = fdsn.miniseed(session, selections or [selection(named)], most)
     if content is None:
         return nothing(request, named.get("nodata", "204"))
-    return Response(content, media_type="application/vnd.fdsn.mseed")
+    return Response(content, media_type=MINISEED)
 
 
 def one_of(named: dict[str, str], name: str, known: tuple[str, ...]) -> str:

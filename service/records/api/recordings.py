@@ -91,17 +91,19 @@ def of_building(
     with sessions() as session:
         building, _ = building_queries.building(session, code)
         rows = [row(one) for one in queries.recordings(session, building.id, state, cursor, LISTED)]
-        source = described(session, building).source
+        file = described(session, building)
+        source = file.source
         return page(
             request,
             "recordings",
+            zone=file.timezone,
             building=building,
             source=source,
             location=without_credentials(source.location) if source else "",
             doing=session.get(SourceState, building.id),
             rows=rows,
             state=state,
-            rejected=queries.rejected_counts(session).get(building.id, 0),
+            rejected=queries.rejected_counts(session, [building.id]).get(building.id, 0),
             is_later=cursor is not None,
             following=next_number([one.id for one in rows], LISTED),
         )

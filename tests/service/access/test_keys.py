@@ -1,6 +1,7 @@
 """Keys with an end, a last use and buildings, and sessions that read these buildings alone."""
 
 import asyncio
+import re
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -49,13 +50,47 @@ def two_buildings(sessions: sessionmaker[Session], tmp_path: Path) -> None:
 def limited(request: pytest.FixtureRequest, sessions: sessionmaker[Session]) -> Iterator[Session]:
     context = AuditContext("a", "b", "c", "d", {})
     whole = reading(sessions) if request.param == "reading" else audited(sessions, lambda: context)
-    with scope.limited(whole, LIMITED)() as session:
+    with scope.limited(whole, lambda: LIMITED)() as session:
         yield session
 
 
 def test_every_table_has_its_limit() -> None:
     """A new table fails here: whoever adds it says which buildings its rows belong to."""
     assert set(Base.metadata.tables.values()) - set(scope.CONDITIONS) == {Lease.__table__}
+
+
+PAST_THE_LIMIT = {"connection", "raw_connection", "exec_driver_sql"} | {
+    f"bulk_{kind}" for kind in ("insert_mappings", "update_mappings", "save_objects")
+}
+"""Methods by which a statement goes past the session, which adds the limit and the entry of the audit trail."""
+WITHOUT_LIMIT = {
+    "db/migrate.py": "the version of the tables",
+    "db/sessions.py": "BEGIN of a transaction",
+    "drift/monitoring.py": "the worker replaces its own values",
+    "jobs/queue.py": "the worker renews its own lease",
+}
+"""Modules that use them, and why no caller's limit applies."""
+
+
+def test_no_statement_goes_past_the_limit() -> None:
+    """Whoever adds such a statement says here why no request can reach it with the key of some buildings."""
+    folder = Path(scope.__file__).parents[1]
+    use = re.compile(rf"\.({'|'.join(PAST_THE_LIMIT)})\b")
+    calls = {
+        path.relative_to(folder).as_posix() for path in folder.rglob("*.py") if use.search(path.read_text("utf-8"))
+    }
+    assert calls == set(WITHOUT_LIMIT)
+
+
+def test_requests_open_the_sessions_of_their_caller_alone() -> None:
+    """`app.state.sessions` and `app.state.reading` know of no caller: two dependencies limit them for all routes."""
+    folder = Path(scope.__file__).parents[1]
+    use = re.compile(r"\bstate\.(sessions|reading)\b")
+    users = {
+        path.relative_to(folder).as_posix() for path in folder.rglob("*.py") if use.search(path.read_text("utf-8"))
+    }
+    logins = {"access/pages/__init__.py", "access/pages/links.py", "access/pages/sign_in.py"}
+    assert users - logins == {"app.py", "http/parameters.py", "health/api.py"}
 
 
 def test_no_kind_of_statement_leaves_the_limit(limited: Session) -> None:
@@ -80,7 +115,7 @@ def test_no_kind_of_statement_leaves_the_limit(limited: Session) -> None:
 
 
 def test_another_buildings_row_is_neither_changed_nor_deleted(sessions: sessionmaker[Session]) -> None:
-    with scope.limited(sessions, LIMITED).begin() as session:
+    with scope.limited(sessions, lambda: LIMITED).begin() as session:
         assert session.execute(update(Event).values(state="refused")).rowcount == 1
         assert session.execute(delete(Event)).rowcount == 1
     with sessions() as session:
@@ -89,7 +124,7 @@ def test_another_buildings_row_is_neither_changed_nor_deleted(sessions: sessionm
 
 def test_a_caller_who_was_not_admitted_sees_no_building(sessions: sessionmaker[Session]) -> None:
     nobody = Caller("nobody", Role.viewer, frozenset())
-    with scope.limited(reading(sessions), nobody)() as session:
+    with scope.limited(reading(sessions), lambda: nobody)() as session:
         assert session.scalars(select(Building)).all() == []
 
 
@@ -115,6 +150,42 @@ def test_a_key_of_some_buildings_is_made_by_the_command_and_sees_them_alone(data
         assert timedelta(days=9) < end - datetime.now(UTC) < timedelta(days=10)
         assert 'menshin_events{state="gathering"} 2.0' in api.get("/metrics").text
         assert "Your access ends in 9 days" in api.get("/").text
+
+
+def test_a_key_has_a_higher_role_on_one_building_alone(database_url: str, sessions: sessionmaker[Session]) -> None:
+    environment = {"MENSHIN_DATABASE_URL": database_url, "COLUMNS": "200"}
+    create = ["key", "create", "duty", "--role", "viewer"]
+    for wrong, problem in (
+        ("OTHER=king", "not a building and a role"),
+        ("OTHER=viewer", "not higher"),
+        ("NONE=admin", "no building 'NONE'"),
+    ):
+        refused = CliRunner().invoke(app, [*create, "--on", wrong], env=environment)
+        assert (refused.exit_code, problem in refused.output) == (1, True), refused.output
+    key = CliRunner().invoke(app, [*create, "--on", "OTHER=engineer"], env=environment).output.strip()
+    assert "viewer, engineer of OTHER" in CliRunner().invoke(app, ["key", "list"], env=environment).output
+    silence = {"pattern": "*", "until": "2100-01-01T00:00:00Z", "reason": "works"}
+    with client(database_url) as api:
+        api.headers["X-API-Key"] = key
+        assert [one["code"] for one in api.get(BUILDINGS).json()["items"]] == ["OTHER", "PAPER"]
+        statuses = {
+            code: api.post(f"{BUILDINGS}/{code}/silences", json=silence).status_code for code in ("OTHER", "PAPER")
+        }
+        assert statuses == {"OTHER": 201, "PAPER": 404}
+        refused = api.post(f"{BUILDINGS}/PAPER/silences", json=silence).json()["detail"]
+        assert "your role there is too low" in refused
+        assert "role" not in api.get(f"{BUILDINGS}/NONE").json()["detail"]
+        shown = {code: api.get(f"/buildings/{code}/messages").text for code in ("OTHER", "PAPER")}
+        assert {code: "Hold a drill" in page for code, page in shown.items()} == {"OTHER": True, "PAPER": False}
+        receiver = {"name": "b", "kind": "apprise", "address": "json://127.0.0.1/b"}
+        assert api.post(f"{BUILDINGS}/OTHER/receivers", json=receiver).status_code == 403
+        assert [one["by"] for one in api.get("/api/v1/audit").json()["items"]] == ["duty"], "its own changes"
+
+
+def test_no_key_has_the_name_of_another_kind_of_caller(sessions: sessionmaker[Session]) -> None:
+    for name in ("person:hana", "link:owner"):
+        with pytest.raises(keys.KeyNameError, match="does not begin with"), sessions.begin() as session:
+            keys.create(session, name, Role.viewer, NOW)
 
 
 def test_an_expired_key_no_longer_works_and_its_sessions_end(

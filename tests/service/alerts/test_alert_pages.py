@@ -58,7 +58,7 @@ def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> I
 def test_an_alert_is_seen_from_the_first_page_to_its_end(
     api: TestClient, database_url: str, sessions: sessionmaker[Session]
 ) -> None:
-    first = api.get("/").text
+    first = api.get("/buildings/PAPER").text
     assert '<span class="badge">2 open</span>' in first
     assert '<a href="/alerts/1">The isolators are 8 % softer in direction x</a>' in first
     listed = api.get("/buildings/PAPER/alerts").text
@@ -128,7 +128,9 @@ def test_ending_an_alert_ends_its_parts_and_shows_the_consequences_first(
         page = unescape(api.get(f"/alerts/{alert['id']}").text)
         first, last = (f"{one:%-d %B %Y}" for one in began)
         assert re.search(f"It began between the earthquakes of {first}, .* and {last}, ", page)
-        assert re.search(r"<td>direction y<td class=\"state active\">active<td class=\"number\">−\d+\.\d %", page)
+        assert re.search(
+            r"<th scope=\"row\">direction y<td class=\"state active\">active<td class=\"number\">−\d+\.\d %", page
+        )
         assert "All its parts end with it." in page
         assert (
             "then needs at least 20 more earthquakes before it can raise an alarm again. All directions share" in page
@@ -144,7 +146,7 @@ def test_ending_an_alert_ends_its_parts_and_shows_the_consequences_first(
         assert [(one["id"], one["state"]) for one in ended] == [(alert["id"], "resolved")]
         assert {one["state"] for one in ended[0]["parts"]} == {"resolved"}
         page = api.get(f"/alerts/{alert['id']}").text
-        assert '<td>direction y<td class="state resolved">resolved<td' in page
+        assert '<th scope="row">direction y<td class="state resolved">resolved<td' in page
         drift = unescape(api.get("/buildings/PAPER/drift").text)
         assert f"<li>Stiffness of the isolation layer: a new reference period began on {began[1]:%Y-%m-%d}" in drift
         assert "UTC; needs 16 more earthquakes before it can raise an alarm." in drift

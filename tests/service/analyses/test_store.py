@@ -28,7 +28,7 @@ def test_an_event_has_one_current_analysis(sessions: sessionmaker[Session]) -> N
 
 def test_a_kept_analysis_is_that_of_the_same_samples_description_and_settings() -> None:
     """A gain that a station file corrects changes the samples of the same recordings."""
-    given = Inputs(tuple(segments(records(1))), paper(), AnalysisSettings(), 1, ("recorded",))
+    given = Inputs(tuple(segments(records(1))), paper(), AnalysisSettings(), 1, ("recorded",), "described")
     same = replace(given, segments=tuple(segments(records(1))))
     first, *others = given.segments
     changed = [
@@ -36,7 +36,7 @@ def test_a_kept_analysis_is_that_of_the_same_samples_description_and_settings() 
         replace(given, segments=(replace(first, start=first.start + timedelta(seconds=1)), *others)),
         replace(given, segments=(replace(first, rate=200.0), *others)),
         replace(given, segments=tuple(others)),
-        replace(given, revision_id=2),
+        replace(given, description_sha256="another"),
         replace(given, settings=AnalysisSettings(band=(0.2, 30.0))),
     ]
     assert same.key == given.key

@@ -12,6 +12,7 @@ from service.buildings.description import BuildingFileError, read
 from service.buildings.description_keys import (
     BuildingTable,
     ChannelTable,
+    ContactTable,
     DesignTable,
     IsolationTable,
     LevelTable,
@@ -358,6 +359,7 @@ def test_any_value_in_place_of_a_table_is_a_problem_not_a_crash(key: str, value:
         SourceTable,
         ChannelTable,
         ReceiverTable,
+        ContactTable,
     ],
     ids=lambda t: t.__name__,
 )
@@ -367,6 +369,19 @@ def test_every_key_is_documented(table: type[BaseModel]) -> None:
         assert field.description, key
         rows = [line for line in text.splitlines() if line.startswith(f"| `{key}` |")]
         assert any(field.description in row for row in rows), key
+
+
+def test_contacts_are_read_in_order_and_must_be_reachable() -> None:
+    first = '[[contact]]\nname = "On call"\nrole = "engineer"\nphone = "+81 (3) 0000-0100"\n'
+    second = '[[contact]]\nname = "Owner"\nrole = "owner"\nmail = "o@example.org"\n'
+    contacts = read(SMALL + first + second, FOLDER).contacts
+    assert [one.name for one in contacts] == ["On call", "Owner"]
+    assert (contacts[0].dialled, contacts[1].dialled) == ("+81300000100", "")
+    silent = '[[contact]]\nname = "X"\nrole = "y"\n'
+    (unreachable,) = problems(SMALL + first + silent)
+    assert "contact[2]: gives neither phone nor mail" in unreachable
+    for wrong in ('phone = "call me"', 'phone = "javascript:1"', 'mail = "no address"', 'name = "a\\nb"'):
+        assert problems(SMALL + silent.replace('name = "X"\n', "", wrong.startswith("name")) + wrong), wrong
 
 
 def test_the_documented_example_is_right() -> None:
@@ -411,3 +426,16 @@ def test_a_sensors_place_and_its_axes_are_read_in_si() -> None:
 def test_a_wrong_place_or_angle_is_named(right: str, wrong: str, message: str) -> None:
     found = problems(SMALL + PAIR.replace(right, wrong, 1))
     assert any(message in problem for problem in found), found
+
+
+SPECTRUM = '[design_spectrum]\nperiods = {periods}\nacceleration = [5.0, 8.0]\nsource = "calculation"\n'
+
+
+def test_a_design_spectrum_is_read_and_wrong_ones_are_named() -> None:
+    known = read(SMALL + SPECTRUM.format(periods="[0.1, 0.5]"), FOLDER).design_spectrum
+    assert known is not None
+    assert (known.periods, known.acceleration, known.source) == ((0.1, 0.5), (5.0, 8.0), "calculation")
+    [longer] = problems(SMALL + SPECTRUM.format(periods="[0.1, 0.5, 1.0]"))
+    assert "design_spectrum.acceleration: 2 values for 3 periods" in longer
+    [falling] = problems(SMALL + SPECTRUM.format(periods="[0.5, 0.1]"))
+    assert "design_spectrum.periods: the periods must rise" in falling

@@ -52,12 +52,14 @@ def names(session: Session, building: Building) -> list[str]:
 def test_reads_what_each_needs_to_hear_of() -> None:
     manager, program = read(SMALL + MANAGER + PROGRAM, FOLDER).receivers
     assert manager.kinds == ("event", "alert", "data", "drill")
+    assert (manager.report, read(SMALL + MANAGER + "report = true\n", FOLDER).receivers[0].report) == (False, True)
     assert (program.kinds, program.severities) == (("alert",), ("warning", "alarm"))
     text = SMALL + MANAGER.replace('"email"', '"alertmanager"').replace("manager@example.org", "https://example.org")
     assert read(text, FOLDER).receivers[0].kinds == ("alert", "data", "drill")
 
 
 WRONG = {
+    "report of a program": (SMALL + PROGRAM + "report = true\n", "receiver[1].report: only mail carries a report"),
     "twice": (SMALL + MANAGER + MANAGER, "receiver[2].name: 'manager' is already used by receiver[1]"),
     "unknown kind": (SMALL + MANAGER.replace('"email"', '"pigeon"'), "receiver[1].kind"),
     "no mail address": (SMALL + MANAGER.replace("manager@", "manager at "), "receiver[1].address: one mail address"),

@@ -66,6 +66,8 @@ def test_the_past_lies_in_the_past_and_its_earthquakes_apart() -> None:
     assert NOW - YEARS <= arrivals[0] <= arrivals[-1] < NOW
     assert min(np.diff(arrivals)) >= APART
     assert {earthquake.motion for earthquake in past} == {"one", "another"}
+    assert max(past, key=lambda earthquake: earthquake.peak) in past[:8], "the strongest is early"
+    assert sorted(earthquake.peak for earthquake in past) == pytest.approx(peak_accelerations(32))
 
 
 def test_a_layer_is_moved_far_only_in_the_second_half() -> None:

@@ -22,7 +22,7 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         stored_histories.store_and_monitor(
             sessions, building, stored_histories.store_history(26, onset=21), stored_histories.start(27)
         )
-        assert f'href="{PAGE}"' in api.get("/").text
+        assert f'href="{PAGE}"' in api.get("/buildings/PAPER").text
         page = unescape(api.get(PAGE).text)
         change = r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)"
         assert re.search(rf"<tr><td>stiffness, direction x<td>sudden<td class=\"number\">{change}<td", page), page

@@ -257,7 +257,7 @@ def test_a_form_that_is_not_read_leads_to_a_page(
         ("http://127.0.0.1:8000/alerts/1", "/alerts/1"),
         ("http://127.0.0.1:8000/alerts/1/acknowledge", "/alerts/1"),
         ("http://127.0.0.1:8000/models/1?hold_out=2", "/models/1?hold_out=2"),
-        ("http://127.0.0.1:8000/buildings/TOWER/silences", "/"),
+        ("http://127.0.0.1:8000/buildings/TOWER/silences", "/buildings/TOWER"),
         ("https://elsewhere.example/alerts/1", "/"),
         ("http://127.0.0.1:8000//elsewhere.example", "/"),
         ("http://127.0.0.1:8000@elsewhere.example/alerts/1", "/"),

@@ -83,7 +83,7 @@ def test_a_refused_form_leaves_the_others_as_they_were(page: Page) -> None:
     assert ending(page) == ("two bearings <replaced>", "unfounded")
     page.locator("#acknowledge-note").fill("on my way")
     page.get_by_role("button", name="Acknowledge").click()
-    page.get_by_text("who looks after it").wait_for(state="detached")
+    page.locator("#acknowledge-note").wait_for(state="detached")
     assert ending(page) == ("two bearings <replaced>", "unfounded"), "and so does one that was taken"
     page.reload()
     assert ending(page) == ("", "confirmed"), "it is kept for one page"

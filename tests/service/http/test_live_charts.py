@@ -147,6 +147,31 @@ def the_switch_changes_the_theme_and_is_kept(page: Page) -> None:
     page.get_by_role("button", name="Reset zoom: Restoring force, direction x").wait_for()
 
 
+@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+def test_a_slider_changes_the_loop_and_the_form_works_without_javascript(browser: tuple[str, Browser]) -> None:
+    server, chromium = browser
+    page = chromium.new_page(viewport={"width": 375, "height": 700})
+    printed: list[str] = []
+    page.on("console", lambda message: printed.append(message.text))
+    page.goto(f"{server}/effects/hardening")
+    page.locator("figure.chart").scroll_into_view_if_needed()
+    page.get_by_role("button", name="Reset zoom: Loop with hardening").wait_for()
+    largest = "Math.max(...Object.values(charts[0].spec.datasets).flat().map((row) => row.force))"
+    before = page.evaluate(largest)
+    page.get_by_role("slider", name="k3").press("End")
+    page.wait_for_function(f"() => {largest} > {2 * before}")
+    assert "k3=" in page.url
+    assert page.evaluate("document.documentElement.scrollWidth") <= 375
+    assert printed == [], "the browser refused something"
+
+    still = chromium.new_context(java_script_enabled=False).new_page()
+    still.goto(f"{server}/effects/hardening")
+    assert not still.locator("input[type=range]").first.is_visible()
+    still.get_by_label("k3").first.fill("0.1")
+    still.get_by_role("button", name="Show").click()
+    assert "k3=0.1&" in (still.locator("figure.chart img").get_attribute("src") or "")
+
+
 def test_a_library_is_kept_by_browsers_and_sent_compressed(url: str) -> None:
     with client(url, visitor=None) as api:
         path = address("vega-embed", "js")

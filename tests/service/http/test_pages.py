@@ -121,29 +121,29 @@ def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:
         yield session
 
 
-def home(url: str, session: Session, address: str = "/") -> str:
-    """The first page, as it reads."""
+def read_page(url: str, session: Session, address: str = "/buildings/A") -> str:
+    """A page, that of building A unless another one is named, as it reads: its times without their elements."""
     session.commit()
     with client(url) as api:
         answer = api.get(address)
     assert answer.status_code == 200
-    return unescape(answer.text)
+    return re.sub(r"</?time[^>]*>", "", unescape(answer.text))
 
 
 def test_without_a_building_the_page_says_how_to_begin(database_url: str, stored: Session) -> None:
-    assert "menshin building add FILE" in home(database_url, stored)
+    assert "menshin building add FILE" in read_page(database_url, stored, "/")
 
 
 def test_without_an_earthquake_the_page_says_so(database_url: str, stored: Session) -> None:
     building(stored, "A", "Tower")
-    assert "No earthquake has been recorded yet." in home(database_url, stored)
-    assert "No earthquake has been recorded yet at A." in home(database_url, stored, "/?building=A")
+    assert "No earthquake has been recorded yet." in read_page(database_url, stored, "/")
+    assert "No earthquake has been recorded yet at A." in read_page(database_url, stored)
 
 
 def test_the_last_event_is_shown_with_its_results(database_url: str, stored: Session) -> None:
     tower = building(stored, "A", "Tower")
     analysed(stored, event(stored, tower, 1, "analysed"), result())
-    page = home(database_url, stored)
+    page = read_page(database_url, stored)
     for shown in (
         "Tower: last event, 2011-03-12 05:46:24 UTC",
         "39.8 gal",
@@ -156,6 +156,20 @@ def test_the_last_event_is_shown_with_its_results(database_url: str, stored: Ses
     ):
         assert shown in page, shown
     assert "Fixed-base mode 4" not in page
+
+
+def test_times_are_those_of_the_building_with_utc_on_hover(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    revision = stored.query(Revision).one()
+    revision.toml = 'timezone = "Asia/Tokyo"\n' + revision.toml
+    last = event(stored, tower, 1, "refused", "too short")
+    stored.commit()
+    shown = '<time datetime="2011-03-12T05:46:24Z" title="2011-03-12 05:46:24 UTC">2011-03-12 14:46:24</time>'
+    with client(database_url) as api:
+        for address in ("/", "/buildings/A", "/buildings/A/events", f"/events/{last.id}"):
+            assert shown in unescape(api.get(address).text), address
+        assert "(Asia/Tokyo)" in api.get("/buildings/A/events").text
+        assert "<title>A: earthquake of 2011-03-12 14:46:24" in api.get(f"/events/{last.id}").text
 
 
 @pytest.mark.parametrize(
@@ -176,7 +190,7 @@ def test_a_last_event_without_a_result_says_why_and_hides_no_result(
     last = event(stored, tower, 2, state, reason)
     if state == "refused":
         analysed(stored, last, None, reason)
-    page = home(database_url, stored)
+    page = read_page(database_url, stored)
     assert shown in page
     assert page.index("last event, 2011-03-13") < page.index("last event with a result, 2011-03-12")
     assert "/charts/restoring-force.svg" in page
@@ -197,7 +211,7 @@ def test_an_accepted_model_that_misses_the_latest_events_is_reported(
         misfit = Misfit(TIME.size, error=off**2, signal=1.0, spread=1.0, noise=1e-6)
         held = Compared(analysis.event_id, analysis.id, "x", np.zeros(TIME.size), misfit, None, {})
         model_store.add_comparisons(stored, model.id, [held], {analysis.event_id: role}, START)
-    page = home(database_url, stored)
+    page = read_page(database_url, stored)
     assert (
         f'<a href="/models/{model.id}">Model x 1</a> of A: The model misses the latest 2 events' in page
     ) == is_reported
@@ -206,41 +220,44 @@ def test_an_accepted_model_that_misses_the_latest_events_is_reported(
 def test_the_only_event_was_refused(database_url: str, stored: Session) -> None:
     tower = building(stored, "A", "Tower")
     analysed(stored, event(stored, tower, 1, "refused", "no ground"), None, "no ground")
-    page = home(database_url, stored)
+    page = read_page(database_url, stored)
     assert "no ground" in page
     assert "with a result" not in page
 
 
-def test_of_several_buildings_the_last_shaken_or_the_chosen_one_is_shown(database_url: str, stored: Session) -> None:
+def test_each_building_has_its_page_and_names_are_escaped(database_url: str, stored: Session) -> None:
     for day, (code, name) in enumerate([("A", "Tower"), ("B", "Hall"), ("C", "School")]):
         event(stored, building(stored, code, name), 10 - day, "queued")
     building(stored, "D", "<b>New</b>")
-    assert "Tower: last event" in home(database_url, stored)
-    assert "Hall: last event" in home(database_url, stored, "/?building=B")
+    assert "Tower: last event" in read_page(database_url, stored)
     with client(database_url) as api:
-        assert "<b>New" not in api.get("/").text
-        assert api.get("/?building=E").status_code == 404
+        for page in ("/", "/buildings/D"):
+            assert "<b>New" not in api.get(page).text
+        assert api.get("/?building=B").headers["location"] == "/buildings/B"
+        assert api.get("/buildings/E").status_code == 404
 
 
 def test_what_was_not_measured_is_no_picture(database_url: str, stored: Session) -> None:
     tower = building(stored, "A", "Tower")
     analysed(stored, event(stored, tower, 1, "analysed"), result(peak_displacement=None))
-    page = home(database_url, stored)
+    page = read_page(database_url, stored)
     assert "not measured" in page
-    assert "/charts/" not in page
+    assert set(re.findall(r"/charts/([\w-]+)", page)) == {"force-parts"}, "force is known from the accelerations"
 
 
 def test_every_picture_is_drawn_and_has_its_data_beside_it(database_url: str, stored: Session) -> None:
     tower = building(stored, "A", "Tower")
     analysed(stored, event(stored, tower, 1, "analysed"), result())
-    figures = re.findall(r"<figure .*?</figure>", home(database_url, stored), re.DOTALL)
-    assert len(figures) == 2
+    figures = re.findall(r"<figure class=.chart.*?</figure>", read_page(database_url, stored), re.DOTALL)
+    assert {"restoring-force", "force-parts", "cycles"} <= set(re.findall(r"src=./charts/([\w-]+)", "".join(figures)))
     with client(database_url) as api:
         for figure in figures:
-            picture, table, data = re.findall(r'(?:src|href)="([^"]*)"', figure)
+            picture, table, *data = re.findall(r'(?:src|href)="([^"]*)"', figure)
             assert "<caption>" in api.get(table).text
             assert api.get(picture).headers["content-type"] == "image/svg+xml"
-            assert api.get(data).headers["content-type"].startswith("text/csv")
+            assert [api.get(one).headers["content-type"][:8] for one in data] == ["text/csv"] * len(data)
+            csv = api.get(picture.replace(".svg", ".csv"))
+            assert csv.headers["content-type"].startswith("text/csv")
 
 
 def test_of_too_many_cycles_the_latest_are_drawn(stored: Session) -> None:
@@ -263,9 +280,9 @@ def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script_but_that_of_t
             answer = api.get(path)
             policy = dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
             assert policy["default-src"] == policy["frame-ancestors"] == "'none'"
-            assert not re.search(r'(?:src|href|action)="(?!/)', answer.text), path
+            assert not re.search(r'(?:src|href|action)="(?!/(?!/)|#)', answer.text), path
             assert not re.search(
-                r"<script(?! src=./static/\w+\.js.[^<>]*></script>)|\son\w+=|javascript:|style=", answer.text
+                r"<script(?! src=./static/[\w/.-]+\.js.[^<>]*></script>)|\son\w+=|javascript:|style=", answer.text
             ), path
             icon = re.search(r'rel="icon" href="([^"]*)"', answer.text)
             assert icon is not None

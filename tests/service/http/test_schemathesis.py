@@ -18,15 +18,19 @@ import httpx
 import monitored_building
 import pytest
 from api_server import api_server
+from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.auth import Role
+from service.access.tables import ApiKey
 from service.db import process_leases
 from service.db.process_leases import POLLING, POLLING_LEASE, WORKING
 
 pytestmark = pytest.mark.slow
 
+FAR = 1_234_567_890
+"""Number of the key that asks."""
 PHASES = {"sqlite": ("--max-examples", "6"), "postgresql": ("--phases", "examples,coverage")}
 """SQLite: all phases, with so many random requests per operation. PostgreSQL: all documented examples and boundary
 values, where what depends on the database (the range of its integers, its text) lies; before a statement is sent both
@@ -35,11 +39,14 @@ run the same code."""
 
 @pytest.fixture
 def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
-    """A key of a service in full use."""
+    """A key of a service in full use; its number is far from those in the document, because its own may be revoked."""
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records")
     with sessions.begin() as session:
-        return keys.create(session, "schemathesis", Role.admin, datetime.now(UTC))
+        keys.create(session, "another", Role.viewer, datetime.now(UTC))
+        key = keys.create(session, "schemathesis", Role.admin, datetime.now(UTC))
+        session.execute(update(ApiKey).where(ApiKey.name == "schemathesis").values(id=FAR))
+        return key
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ def test_a_distant_point_is_at_the_edge_and_named_in_chart_caption_and_table() -
     assert figure.numbers is not None
     at = figure.numbers.columns.index("on the axis")
     assert [row[at] for row in figure.numbers.rows] == ["yes"] * 30 + ["no"]
-    assert figure.numbers.rows[-1][2] == "-870"
+    assert figure.numbers.rows[-1][2] == "−870"
 
 
 def test_several_distant_points_are_counted_at_both_edges() -> None:
@@ -54,7 +54,7 @@ def test_several_distant_points_are_counted_at_both_edges() -> None:
     assert figure is not None
     assert "2 of 32 points lie outside the axis, triangles at its edge: from −8,700 to 9,120 kN." in figure.caption
     shapes = [layer["mark"].get("shape") for layer in figure.pictures[0].to_dict()["layer"]]
-    assert shapes[3:] == ["triangle-up", "triangle-down"]
+    assert shapes[2:4] == ["triangle-up", "triangle-down"]
 
 
 @pytest.mark.parametrize("distant", [(), (12.0,), (-400.0, -500.0, -600.0, -700.0, -870.0)])

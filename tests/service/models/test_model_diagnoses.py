@@ -11,11 +11,13 @@ import pytest
 from api_client import client
 from fastapi.testclient import TestClient
 from model_jobs import create_model, job_events, work_with_progress
+from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.effects import EFFECTS
 from service.access import keys
 from service.access.auth import Role
+from service.models.tables import DiagnosisPicture
 
 pytestmark = [pytest.mark.slow, pytest.mark.parametrize("database_kind", ["postgresql"], indirect=True)]
 
@@ -63,10 +65,12 @@ def test_a_linear_model_lacks_hysteresis(api: TestClient, sessions: sessionmaker
     assert api.get("/api/v1/models/99/diagnoses").status_code == 404
     assert api.get("/api/v1/diagnoses/99").status_code == 404
     of_diagnosis(api, found)
+    of_event(api, found)
     of_model(api, found)
     del api.headers["X-API-Key"]
     api.post("/login", data={"key": of[Role.viewer]})
     seen_by_a_viewer(api, found)
+    of_an_earlier_version(api, sessions, found)
 
 
 def of_diagnosis(api: TestClient, found: dict[str, Any]) -> None:
@@ -79,19 +83,54 @@ def of_diagnosis(api: TestClient, found: dict[str, Any]) -> None:
     for picture in pictures:
         drawn = api.get(picture)
         assert (drawn.headers["content-type"], "<svg" in drawn.text) == ("image/svg+xml", True)
+        assert api.get(picture.replace(".svg", ".json")).json()["usermeta"]["dark"]
+        assert "</tbody>" in api.get(picture.replace(".svg", ".html")).text
+        assert len(api.get(picture.replace(".svg", ".csv")).text.splitlines()) > 5
+    versions = api.get(f"/charts/diagnosis-versions.csv?diagnosis={found['id']}").text
+    assert all(one["name"] in versions for one in found["versions"])
     fields = dict(re.findall(r'type="hidden" name="([^"]+)" value="([^"]+)"', page))
     sent = api.post(f"/models/{found['model']}/extend", data={**fields, "effect": "bouc_wen"})
-    assert (sent.status_code, sent.headers["location"]) == (303, f"/models/{found['model']}")
     (job,) = api.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"]
+    assert (sent.status_code, sent.headers["location"]) == (303, f"/jobs/{job['id']}")
+    assert "<progress" in api.get(sent.headers["location"]).text
     assert job["arguments"] == {"events": found["fitted"], "hold_out": found["left_out"], "effect": "bouc_wen"}
     assert api.get("/diagnoses/99").status_code == 404
+
+
+def of_event(api: TestClient, found: dict[str, Any]) -> None:
+    """One button asks what the current model lacks; the page of its job leads to the result."""
+    api.post(f"/api/v1/models/{found['model']}/accept")
+    page = api.get("/events/2").text
+    assert re.search(r'name="use_2" value="fit" checked', page)
+    (action,) = re.findall(r'<form method="post" action="(/models/\d+/diagnose)">', page)
+    uses = dict(re.findall(r'type="radio" name="(use_\d+)" value="(\w+)" checked', page))
+    assert set(uses) == {"use_1", "use_2"}
+    sent = api.post(action, data=uses | {"use_1": "hold_out", "follow": "1"})
+    number = int(sent.headers["location"].removeprefix("/jobs/"))
+    assert api.get(f"/api/v1/jobs/{number}").json()["arguments"] == {"events": [2], "hold_out": [1]}
+    assert "<progress" in api.get(f"/jobs/{number}").text
+    api.post(f"/jobs/{number}/cancel")
+    assert "It was cancelled" in api.get(f"/jobs/{number}").text
+    assert api.get(f"/jobs/{found['job']}").headers["location"] == f"/diagnoses/{found['id']}"
+    assert api.get("/jobs/1").headers["location"] == "/events/1", "it analysed an event"
+
+
+def of_an_earlier_version(api: TestClient, sessions: sessionmaker[Session], found: dict[str, Any]) -> None:
+    """Its pictures are shown as they were stored."""
+    with sessions.begin() as session:
+        session.execute(update(DiagnosisPicture).values(svg="<svg>as it was</svg>", spec=None))
+    page = api.get(f"/diagnoses/{found['id']}").text
+    assert "model-diagnosis.json" not in page
+    pictures = re.findall(r'src="(/charts/model-diagnosis.svg[^"]+)"', page)
+    assert {api.get(one).text for one in pictures} == {"<svg>as it was</svg>"}
+    assert api.get(pictures[0].replace(".svg", ".json")).status_code == 404
 
 
 def of_model(api: TestClient, found: dict[str, Any]) -> None:
     """Its diagnoses, and buttons that ask for more with what is ticked left out."""
     page = api.get(f"/models/{found['model']}").text
     assert f'href="/diagnoses/{found["id"]}"' in page
-    assert "hold out 2024-" in page
+    assert "hold out <time" in page
     for action in ("fit", "diagnose"):
         assert api.post(f"/models/{found['model']}/{action}", data={"hold_out_2": "on"}).status_code == 303
         job = api.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"][0]

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ from model_jobs import create_model, finished_job, job_events, work
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
-from service.jobs import worker as worker_module
+from service.jobs import kept as kept_results
 from service.jobs.worker import Worker
 from service.kinds import KINDS
+from service.models.windows import SHOWN
 from service.records.source_poller import SourcePoller
 
 pytestmark = pytest.mark.slow
@@ -54,10 +56,11 @@ def test_the_right_model_leaves_noise_and_a_wrong_one_more(api: TestClient, sess
     assert len(series["time"]) == len(series["modelled"]) == len(series["measured"]) <= 100
     lines = api.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"format": "csv"}).text.splitlines()
     assert (lines[0], len(lines)) == ("time,displacement,measured,modelled", series["count"] + 1)
-    page = api.get("/models/1").text
+    page = unescape(api.get("/models/1").text)
     for picture in re.findall(r'src="(/charts/[^"]+)"', page):
         assert "<svg" in api.get(picture).text
-    assert page.count('<img src="/charts/') == 2
+    assert page.count('<img src="/charts/model-window') == SHOWN
+    assert page.count('<img src="/charts/') == 2 + SHOWN
 
 
 class Noting(ThreadPoolExecutor):
@@ -73,7 +76,7 @@ class Noting(ThreadPoolExecutor):
 
 
 @pytest.mark.sqlite
-@pytest.mark.parametrize(("kept", "analysed_again"), [(worker_module.KEPT, 0), (1, 2)])
+@pytest.mark.parametrize(("kept", "analysed_again"), [(kept_results.IN_MEMORY, 0), (1, 2)])
 def test_a_worker_analyses_an_event_once_for_all_jobs(
     api: TestClient,
     sessions: sessionmaker[Session],
@@ -82,7 +85,7 @@ def test_a_worker_analyses_an_event_once_for_all_jobs(
     analysed_again: int,
 ) -> None:
     """As long as it has room for the results; and what was analysed with other settings is another result."""
-    monkeypatch.setattr(worker_module, "KEPT", kept)
+    monkeypatch.setattr(kept_results, "IN_MEMORY", kept)
     with Noting() as processes:
         worker = Worker(
             sessions, lambda: processes, monitored_building.SETTINGS, KINDS, clock=lambda: monitored_building.NOW

@@ -4,7 +4,9 @@ import re
 from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import paper_records
 import pytest
 from api_client import client
@@ -15,6 +17,9 @@ from core.effects import EFFECTS
 from service.access import keys
 from service.access.auth import Role
 from service.buildings import store as building_store
+from service.models.model_file import read
+from service.models.pages.pictures import falls
+from service.models.windows import SHOWN, worst_windows
 
 pytestmark = pytest.mark.sqlite
 
@@ -64,6 +69,57 @@ def test_a_form_accepts_a_model(api: TestClient) -> None:
     page = shown(api, "/models/1")
     assert "made current by loopback" in page
     assert "Make current" not in page
+
+
+def test_an_earlier_version_is_made_current_again(api: TestClient) -> None:
+    for number in (1, 2):
+        api.post(MODELS, data={"direction": "x"})
+        api.post(f"/models/{number}/accept")
+    assert "Go back to x 1" in shown(api, "/models/2")
+    assert 'formaction="/models/1/accept">Go back' in api.get("/models/2").text
+    api.post("/models/1/accept")
+    assert "Make current again" in shown(api, "/models/2")
+    assert [one["state"] for one in api.get("/api/v1" + MODELS).json()["items"]] == ["retired", "current"]
+
+
+def test_a_version_is_exported_as_the_file_that_commands_read(api: TestClient) -> None:
+    api.post(MODELS, data={"direction": "x"})
+    answer = api.get("/api/v1/models/1/file")
+    assert answer.headers["content-type"].startswith("application/toml")
+    file, values = read(answer.text), api.get("/api/v1/models/1").json()["values"]
+    assert (file.building, file.direction) == ("PAPER", "x")
+    assert {(one["effect"], one["parameter"]): one["value"] for one in values} == {
+        (effect, name): value for effect, own in file.isolator.effects.items() for name, value in own.items()
+    }
+    assert api.get("/api/v1/models/9/file").status_code == 404
+
+
+def test_the_worst_parts_of_a_record_are_those_with_the_largest_residual() -> None:
+    rate, time = 20.0, np.arange(0.0, 42.0, 1 / 20.0)
+    residual = np.where((time >= 15.0) & (time < 20.0), 3e3, 1e3)
+    windows = worst_windows(0.01 * time, 1e6 * np.sin(time) + residual, 1e6 * np.sin(time), rate)
+    assert (windows[0].start, windows[0].error) == (15.0, pytest.approx(3e3))
+    assert windows[0].share == pytest.approx(5 * 9 / (5 * 9 + 37))
+    assert windows[0].amplitude == pytest.approx(0.01 * (20.0 - 1 / rate))
+    assert len(windows) == SHOWN
+
+
+def test_bars_show_what_each_change_removed_and_never_less_than_nothing() -> None:
+    errors = [("x 1", {"fitted": 0.10, "held out": None}), ("x 2", {"fitted": 0.02, "held out": 0.03})]
+    spec = falls([*errors, ("x 3", {"fitted": 0.05, "held out": 0.01})]).to_dict()
+    rows = [(one["version"], one["group"], one["error"], one["before"]) for one in rows_of(spec)]
+    assert rows == [
+        ("x 1", "fitted", 10.0, 10.0),
+        ("x 2", "fitted", 2.0, 10.0),
+        ("x 2", "held out", 3.0, 3.0),
+        ("x 3", "fitted", 5.0, 5.0),
+        ("x 3", "held out", 1.0, 3.0),
+    ]
+
+
+def rows_of(spec: dict[str, Any]) -> list[dict[str, Any]]:
+    (rows,) = spec["datasets"].values()
+    return list(rows)
 
 
 def test_what_cannot_be_is_refused(api: TestClient) -> None:

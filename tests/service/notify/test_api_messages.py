@@ -78,6 +78,7 @@ def test_receivers_are_added_changed_and_removed(api: TestClient, program: Webho
     assert changed == api.get(place).json()
     assert (changed["kinds"], changed["severities"]) == (["event", "alert"], ["alarm"])
     assert api.patch(place, json={}).status_code == 409
+    assert api.patch(place, json={"report": True}).status_code == 409  # a program reads the event itself
     assert [one["name"] for one in api.get(RECEIVERS).json()["items"]] == ["manager", "program"]
     assert api.delete(place).status_code == 204
     assert api.get(place).status_code == api.delete(place).status_code == 404
@@ -99,6 +100,7 @@ def test_the_files_receivers_are_the_files(api: TestClient) -> None:
         ({"kind": "webhook", "address": "https://a.b", "secret": "env:HOME"}, 409),
         ({"kind": "apprise", "address": "env:HOME"}, 409),
         ({"kind": "email", "address": "a@b.org", "name": "manager"}, 409),
+        ({"kind": "apprise", "address": "json://127.0.0.1/b", "report": True}, 409),
         ({"kind": "pigeon", "address": "a@b.org"}, 422),
         ({"kind": "email", "address": "a@b.org", "kinds": []}, 422),
     ],
@@ -231,8 +233,9 @@ def test_a_drill_by_the_page(api: TestClient, program: WebhookServer, sessions: 
 
 def test_receivers_by_the_page(api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
     form = {"name": "mail", "kind": "email", "address": "a@b.org", "kinds_alert": "1", "severities_alarm": "1"}
+    form["report"] = "1"
     assert api.post("/buildings/TOWER/receivers", data=form).headers["location"] == "/buildings/TOWER/messages"
-    assert "mail email a@b.org alert alarm loopback" in shown(api, "/buildings/TOWER/messages")
+    assert "mail email a@b.org alert alarm as PDF loopback" in shown(api, "/buildings/TOWER/messages")
     hooked = {"name": "hook", "kind": "webhook", "address": program.address}
     made = api.post("/buildings/TOWER/receivers", data=hooked)
     assert made.status_code == 201

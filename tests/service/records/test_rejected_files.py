@@ -95,7 +95,7 @@ def test_rejected_files_are_in_the_api_on_the_pages_in_the_log_and_an_alert(
         assert "rejected (2)" in page
         assert TRUNCATED in page
         assert "good.mseed" not in page
-        for path in ("/", "/?building=TOWER"):
+        for path in ("/", "/buildings/TOWER"):
             home = api.get(path).text
             assert 'href="/buildings/TOWER/recordings?state=rejected">2 files could not be used' in home
     ((state, summary, evidence),) = alerts(sessions)
@@ -289,7 +289,7 @@ def test_a_source_with_a_wrong_address_is_stated_everywhere_after_the_first_look
     with client(url) as api:
         (source,) = api.get("/api/v1/sources").json()["items"]
         assert printed in source["error"]
-        for path in ("/", "/?building=TOWER", "/buildings/TOWER/recordings"):
+        for path in ("/", "/buildings/TOWER", "/buildings/TOWER/recordings"):
             page = api.get(path).text
             assert printed in page
             assert "t0ken" not in page

@@ -108,3 +108,10 @@ def test_the_legend_of_many_events_shows_days_or_years(days: int, shown: list[st
     svg = vl_convert.vegalite_to_svg(report_charts.equivalent_stiffness(events, "T").to_dict())
     found = [label for label in re.findall(r"<text[^>]*>([^<]*)</text>", svg) if re.fullmatch(r"20\d\d(-.*)?", label)]
     assert found == shown
+
+
+def test_an_axis_gets_its_own_settings_while_another_thread_makes_one() -> None:
+    mine, theirs = alt.X("mine:Q").scale, alt.X("theirs:Q").scale  # both looked up before either is called
+
+    assert mine(type="log").to_dict(context={})["field"] == "mine"
+    assert theirs(type="log").to_dict(context={})["field"] == "theirs"

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from math import inf, nan
 from typing import Any
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 from core.description import IsolationLayer
 from service.buildings.description import GivenLimits
 from service.verdict import texts
-from service.verdict.assessment import REQUIRED, Facts, OpenAlert, assess
+from service.verdict.assessment import REQUIRED, Facts, OpenAlert, Result, SignedInspection, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Limits, Measured, Outcome, checked, gravest
 from service.verdict.shaking import NOT_COMPUTED, ShakingFacts, lacking
 
@@ -116,12 +117,22 @@ alerts = st.builds(
     exceeded=st.none() | st.sampled_from(Level),
     is_later=st.booleans(),
 )
+inspections = st.builds(
+    SignedInspection,
+    by=st.just("Jo"),
+    at=st.just(datetime(2024, 1, 1, tzinfo=UTC)),
+    result=st.sampled_from(Result),
+    comment=st.just("seen"),
+    level=st.sampled_from(Level),
+    covers=st.booleans(),
+)
 lengths = st.none() | st.floats(0.1, 1)
 facts = st.builds(
     Facts,
     unusable=st.sampled_from(["", "", "no record"]),
     silence=st.sampled_from(["", "", "no answer"]),
     provisional=st.sampled_from(["", "", "files are coming in"]),
+    unseen=st.sampled_from(["", "", "The earthquake of 2024-01-01 00:00 UTC has no usable record"]),
     layer=st.builds(IsolationLayer, rubber_height=lengths, design_displacement=lengths, moat_clearance=lengths),
     displacement=values,
     residual=values,
@@ -130,12 +141,13 @@ facts = st.builds(
     stiffness=st.dictionaries(st.sampled_from("xy"), values),
     data_problems=st.lists(st.just("clipped"), max_size=1).map(tuple),
     alerts=st.lists(alerts, max_size=2).map(tuple),
+    inspection=st.none() | inspections,
 )
 
 
 def is_weak(of: Facts) -> bool:
     """True if anything is open, undecided, provisional or beyond history: written without the code under test."""
-    if of.unusable or of.silence or of.provisional or of.data_problems or of.alerts or not of.stiffness:
+    if of.unusable or of.silence or of.provisional or of.unseen or of.data_problems or of.alerts or not of.stiffness:
         return True
     layer, moved, left = of.layer, of.displacement, of.residual
     lengths = (layer.rubber_height, layer.design_displacement, layer.moat_clearance, of.largest_earlier)
@@ -174,6 +186,27 @@ def test_no_path_leads_to_a_good_statement_while_anything_is_open(of: Facts) -> 
 def test_more_trouble_never_makes_it_better(of: Facts) -> None:
     worse = replace(of, alerts=(*of.alerts, BEYOND), data_problems=("clipped",))
     assert assess(worse).level.rank >= max(assess(of).level.rank, Level.INSPECT.rank)
+
+
+@given(facts)
+@settings(derandomize=True)
+def test_an_inspection_lowers_what_limits_led_to_alone_and_hides_nothing(of: Facts) -> None:
+    found, alone = assess(of), assess(replace(of, inspection=None))
+    assert found.automatic is alone.level
+    assert found.checks == alone.checks
+    signed = of.inspection
+    if signed is None:
+        assert found.level is alone.level
+        return
+    assert any("Inspected by Jo on 2024-01-01" in one for one in texts.opening(found))
+    if signed.result is not Result.FIT or not signed.covers:
+        assert found.level is gravest((alone.level, signed.least))
+        return
+    if found.level.rank < alone.level.rank:
+        assert alone.level in (Level.ACT, Level.INSPECT)
+        assert found.level.rank >= Level.WATCH.rank
+        assert alone.level.rank <= signed.level.rank  # no graver than what was known when it was signed
+    assert found.level.rank >= gravest((Level.NORMAL, *(one.level for one in of.alerts))).rank
 
 
 @given(st.floats(0, 2), st.floats(0, 1))
@@ -255,6 +288,11 @@ def test_an_undecided_check_names_what_is_needed_to_decide() -> None:
         "design_displacement. Give design_displacement under [isolation] in the building file."
         in texts.sentences(found)
     )
+
+
+def test_a_title_inside_a_sentence_keeps_its_abbreviations() -> None:
+    assert texts.within("Storey drift over height (below 6F)") == "storey drift over height (below 6F)"
+    assert texts.within("JMA instrumental intensity") == "JMA instrumental intensity"
 
 
 def moved(value: float, u: float = 0.001) -> dict[str, object]:

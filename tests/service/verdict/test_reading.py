@@ -14,7 +14,7 @@ from service.alerts import operator_actions
 from service.alerts.candidates import AlertCandidate
 from service.alerts.messages import write_event_message, write_messages
 from service.alerts.reconciliation import reconcile
-from service.alerts.tables import Alert
+from service.alerts.tables import Alert, BuildingInspection
 from service.analyses.tables import Analysis, DirectionResult, ShakingResult
 from service.buildings.tables import Building
 from service.drift.alert_candidates import limit_candidates
@@ -22,7 +22,8 @@ from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs import queue as job_queue
 from service.notify.tables import Message
 from service.records.tables import Event
-from service.verdict import reading
+from service.verdict import earthquakes, reading, texts
+from service.verdict.assessment import Result
 from service.verdict.checks import Level, Outcome
 
 GOOD = ("normal", "this is not an inspection", "nothing", "all clear")
@@ -359,6 +360,27 @@ def test_an_earthquake_without_usable_records_has_no_data(session: Session, of: 
     assert "the base slab's record is missing" in reading.of_event(session, event).unusable
 
 
+@pytest.mark.parametrize("result", [Result.FIT, Result.RESTRICTED])
+def test_an_unseen_earthquake_counts_until_an_inspection(session: Session, of: Building, result: Result) -> None:
+    missed, later = (earthquake(session, of, day(number)) for number in (1, 4))
+    add_comparison(session, later)
+    assert reading.of_building(session, of).level is Level.NORMAL
+    missed.state, missed.reason = "refused", "the base slab's record is missing"
+    found = reading.of_building(session, of)
+    assert (found.level, found.unusable) == (Level.UNDECIDED, "")
+    assert f"{missed.start:%Y-%m-%d %H:%M} UTC has no usable record" in texts.headline(found)
+    assert "Only an inspection" in " ".join(texts.sentences(found))
+    assert reading.of_event(session, later).level is Level.NORMAL, "the later one was seen"
+    row = {"by": "Jo", "comment": "seen", "level": "undecided", "headline": "", "recorded_at": day(5)}
+    session.add(BuildingInspection(building_id=of.id, result=result, inspected_at=day(0), **row))
+    session.flush()
+    assert reading.of_building(session, of).unseen, "an inspection before the earthquake tells nothing of it"
+    session.add(BuildingInspection(building_id=of.id, result=result, inspected_at=day(2), **row))
+    session.flush()
+    settled = reading.of_building(session, of)
+    assert (settled.unseen, settled.automatic) == ("", Level.NORMAL)
+
+
 def test_a_sensor_that_measures_wrongly_leaves_it_undecided(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(3))
     add_comparison(session, event)
@@ -371,3 +393,22 @@ def test_the_first_earthquake_has_no_history(session: Session, of: Building) -> 
     found = reading.of_event(session, first)
     assert found.is_beyond_history
     assert {one.name for one in found.of_outcome(Outcome.UNDECIDED)} == {"stiffness", "largest_so_far"}
+
+
+def test_many_earthquakes_at_once_have_the_verdicts_of_each(session: Session, of: Building) -> None:
+    events = [
+        earthquake(session, of, day(1)),
+        earthquake(session, of, day(2), STRONG),
+        earthquake(session, of, day(3), 0.05, quality=("XX.A: 4 spikes were removed",)),
+        earthquake(session, of, day(4), 0.06),
+    ]
+    for event in events[:3]:
+        add_comparison(session, event, 0.01)
+    reconcile(session, of.id, [with_stored_events(softer_isolators(), (events[1].id,) * 3)], "events", day(2) + SOON)
+    events[3].state, events[3].reason = "refused", "no channel of the base slab"
+    session.flush()
+    session.expire_all()
+    for at in (None, day(2)):
+        every = earthquakes.of_events(session, of, events, at)
+        assert every == [reading.of_event(session, event, at) for event in events]
+    assert len({one.level for one in every}) > 2

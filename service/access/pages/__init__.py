@@ -1,10 +1,11 @@
 """Login pages: an API key or a one-time link starts a browser session, which is stored on the server."""
 
 import re
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import replace
 from datetime import UTC, datetime
 from math import ceil
-from typing import Annotated, Literal, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 from urllib.parse import urlencode
 
 from anyio import to_thread
@@ -15,10 +16,14 @@ from starlette.responses import RedirectResponse
 
 from service.access import logins
 from service.access.auditing import AuditContext, note
-from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_secure, login, viewer
+from service.access.auth import COOKIE, LINK, SAFE_COOKIE, SAFE_LINK, Caller, is_cross_site, is_secure, login, viewer
+from service.access.logins import NewSession
 from service.errors import ForbiddenError, LoginRequiredError, UnauthorizedError
 from service.http.forms import NOT_REFUSED, Posted, Refused, posted
 from service.http.rendering import page
+
+if TYPE_CHECKING:
+    from service.access.provider import Provider  # authlib takes long to load
 
 OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
 MOST = 4096
@@ -41,21 +46,23 @@ class Flags(TypedDict):
     secure: bool
 
 
-async def reader(request: Request) -> Caller:
-    """A dependency of pages that admits readers; a browser without a session is redirected to the login form.
+def page_for(admitted: Callable[[Request], Awaitable[Caller]]) -> Callable[[Request], Coroutine[Any, Any, Caller]]:
+    """A dependency of pages for the callers that another one admits.
 
-    Raises
-    ------
-    LoginWantedError
-        A key is wanted.
-    ForbiddenError
-        A key would not do.
+    A browser without a session is redirected to the login form.
     """
-    try:
-        return await viewer(request)
-    except UnauthorizedError as error:
-        wanted = request.url.path + (f"?{request.url.query}" if request.url.query else "")
-        raise LoginRequiredError(f"/login?{urlencode({'next': onward(wanted)})}") from error
+
+    async def visitor(request: Request) -> Caller:
+        try:
+            return await admitted(request)
+        except UnauthorizedError as error:
+            wanted = request.url.path + (f"?{request.url.query}" if request.url.query else "")
+            raise LoginRequiredError(f"/login?{urlencode({'next': onward(wanted)})}") from error
+
+    return visitor
+
+
+reader = page_for(viewer)
 
 
 def onward(wanted: str) -> str:
@@ -71,7 +78,7 @@ async def form(
 ) -> Response:
     """The login form; with the token of a link, a login at once."""
     if token is None:
-        return _login_form(request, next)
+        return login_form(request, next)
     return await start_session(request, token, is_link=True, wanted=next)
 
 
@@ -105,48 +112,67 @@ async def log_out(request: Request) -> Response:
         await to_thread.run_sync(_end, request, session)
         request.app.state.callers.forget()
     answer = RedirectResponse("/login", 303)
-    for name in (COOKIE, SAFE_COOKIE):
-        answer.delete_cookie(name, **flags(secure=name == SAFE_COOKIE))
+    for name in (COOKIE, SAFE_COOKIE, LINK, SAFE_LINK):
+        answer.delete_cookie(name, **flags(secure=name in (SAFE_COOKIE, SAFE_LINK)))
     return answer
 
 
 async def start_session(request: Request, secret: str, *, is_link: bool, wanted: str) -> Response:
     """Redirect with a new session, or show the form again; an address with too many refused attempts must wait."""
-    address, attempts = address_of(request), request.app.state.attempts
-    if wait := ceil(attempts.wait(address)):
-        answer = _login_form(request, wanted, Refused("login", words=TOO_OFTEN, status=429))
-        answer.headers["Retry-After"] = str(wait)
-        return answer
+    if (waiting := must_wait(request, wanted)) is not None:
+        return waiting
     cookie = await to_thread.run_sync(_new_session, request, secret, is_link)
     if cookie is None:
-        attempts.refuse(address)
+        request.app.state.attempts.refuse(address_of(request))
         why = Refused("login", words=SPENT) if is_link else Refused("login", problems={"key": UNKNOWN})
-        return _login_form(request, wanted, replace(why, status=401))
-    request.app.state.callers.forget()
+        return login_form(request, wanted, replace(why, status=401))
     answer = RedirectResponse(onward(wanted), 303)
-    secure = is_secure(request)
-    lasts = int(request.app.state.settings.login.lifetime)
-    answer.set_cookie(SAFE_COOKIE if secure else COOKIE, cookie, lasts, **flags(secure=secure))
+    keep(request, answer, cookie)
     return answer
 
 
-def _login_form(request: Request, wanted: str, refused: Refused = NOT_REFUSED) -> Response:
+def must_wait(request: Request, wanted: str) -> Response | None:
+    """The answer to an address with too many refused attempts; None for every other."""
+    wait = ceil(request.app.state.attempts.wait(address_of(request)))
+    if not wait:
+        return None
+    answer = login_form(request, wanted, Refused("login", words=TOO_OFTEN, status=429))
+    answer.headers["Retry-After"] = str(wait)
+    return answer
+
+
+def keep(request: Request, answer: Response, cookie: str) -> None:
+    """Give a browser the cookie of its new session."""
+    request.app.state.callers.forget()
+    secure = is_secure(request)
+    lasts = int(request.app.state.settings.login.lifetime)
+    answer.set_cookie(SAFE_COOKIE if secure else COOKIE, cookie, lasts, **flags(secure=secure))
+
+
+def login_form(request: Request, wanted: str, refused: Refused = NOT_REFUSED) -> Response:
     """The login form, with the reason why the last attempt was refused."""
-    return page(request, "login", refused.status, onward=onward(wanted), refused=refused)
+    provider: Provider | None = request.app.state.provider
+    shown = None if provider is None else provider.settings.name
+    return page(request, "login", refused.status, onward=onward(wanted), refused=refused, provider=shown)
 
 
 def _new_session(request: Request, secret: str, is_link: bool) -> str | None:
     """Value of the new session's cookie; the audit trail records the attempt, accepted or refused."""
     now = datetime.now(UTC)
     with request.app.state.sessions.begin() as session:
-        login = logins.follow(session, secret, now) if is_link else logins.begin(session, secret, now)
-        _note(
-            session,
-            request,
-            "unknown" if login is None else login.name,
-            "refused" if login is None else "begun",
-        )
-    return None if login is None else login.cookie
+        begun = logins.follow(session, secret, now) if is_link else logins.begin(session, secret, now)
+        note_session(session, request, begun)
+    return None if begun is None else begun.cookie
+
+
+def note_session(session: Session, request: Request, begun: NewSession | None, **details: object) -> None:
+    """Record a login or a refused attempt in the audit trail; a new session replaces the browser's earlier one."""
+    if begun is None:
+        _note(session, request, "unknown", "refused", **details)
+        return
+    if (earlier := login(request)) is not None and (name := logins.end(session, earlier, datetime.now(UTC))):
+        _note(session, request, name, "ended")
+    _note(session, request, begun.name, "begun", **details)
 
 
 def _end(request: Request, session_digest: str) -> None:
@@ -156,8 +182,9 @@ def _end(request: Request, session_digest: str) -> None:
             _note(session, request, name, "ended")
 
 
-def _note(session: Session, request: Request, by: str, what: str) -> None:
-    audit_context = AuditContext(by, address_of(request), request.method, request.url.path, {"session": what})
+def _note(session: Session, request: Request, by: str, what: str, **details: object) -> None:
+    said = {"session": what, **details}
+    audit_context = AuditContext(by, address_of(request), request.method, request.url.path, said)
     note(session, audit_context, datetime.now(UTC))
 
 

@@ -1,0 +1,1 @@
+"""Reports on a building for paper: on one earthquake, and on one year."""

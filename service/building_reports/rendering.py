@@ -1,0 +1,99 @@
+"""Reports as PDF, for paper, and as HTML, for a screen: both from the same object."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from service.building_reports.earthquake import EarthquakeReport
+from service.building_reports.pictures import Picture
+from service.building_reports.year import YearReport
+from service.reports import paper
+from service.reports.html import own_ids
+from service.verdict.checks import Level
+
+TEMPLATES = Path(__file__).parent / "templates"
+Report = EarthquakeReport | YearReport
+SYMBOL = '{% from "http/templates/verdict_parts.html" import symbol %}{{ symbol(level) }}'
+DARK = (Level.ACT, Level.INSPECT)
+"""Levels that stand in a dark box."""
+INKS = (
+    "<style>.full{{fill:{ink};stroke:none}}.open{{fill:none;stroke:{ink};stroke-width:2}}"
+    ".mark{{fill:none;stroke:{paper};stroke-width:2.5}}</style>"
+)
+"""Shades of a symbol's parts."""
+NAMES: Mapping[type, str] = {EarthquakeReport: "earthquake", YearReport: "year"}
+"""Templates by the report: one of Typst, one of HTML."""
+
+
+def pdf(report: Report, pictures: Sequence[Picture], issued: datetime) -> bytes:
+    """The report as PDF; that of an earthquake has one page of A4."""
+    return paper.pdf(_template(report), _data(report, pictures, issued), issued)
+
+
+def pages(report: Report, pictures: Sequence[Picture], issued: datetime) -> list[bytes]:
+    """Its pages as PNG, as they are printed."""
+    return paper.pictures(_template(report), _data(report, pictures, issued))
+
+
+def html(report: Report, pictures: Sequence[Picture], issued: datetime) -> bytes:
+    """The report as one file of HTML without a script, its pictures within."""
+    template = _environment().get_template(f"building_reports/templates/{NAMES[type(report)]}.html")
+    return template.render(report=_data(report, pictures, issued)).encode()
+
+
+Form = Callable[[Report, Sequence[Picture], datetime], bytes]
+FORMS: Mapping[str, Form] = {"pdf": pdf, "html": html}
+"""By the suffix of a file."""
+
+
+def file_name(report: Report, suffix: str) -> str:
+    """`BNCS-2010-02-27T063411Z-report.pdf`: the building's code has letters that a file name may have."""
+    return f"{report.code}-{report.slug}-report.{suffix}"
+
+
+def _template(report: Report) -> str:
+    return (TEMPLATES / f"{NAMES[type(report)]}.typ").read_text("utf-8")
+
+
+def _data(report: Report, pictures: Sequence[Picture], issued: datetime) -> dict[str, Any]:
+    """Values of JSON; pictures by their key."""
+    shown = {one.key: asdict(one) for one in pictures}
+    said = replace(report, trends=()) if isinstance(report, YearReport) else report  # they are drawn
+    symbols = {level.value: _symbol(level, is_white=level.value == report.level) for level in Level}
+    when = f"{issued.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+    return asdict(said) | {"pictures": shown, "symbols": symbols, "issued": when}
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("service", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.globals |= {"drawn": _drawn, "bar": _bar, "symbol": lambda report: Markup(report["symbols"][report["level"]])}
+    return made
+
+
+def _symbol(level: Level, *, is_white: bool) -> str:
+    """A level's symbol, as pages have it: in ink, and white where it stands in a dark box."""
+    ink, paper_shade = ("#fff", "#000") if is_white and level in DARK else ("#000", "#fff")
+    drawn = _environment().from_string(SYMBOL).render(level=level.value)
+    style = INKS.format(ink=ink, paper=paper_shade)
+    return drawn.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1).replace(">", f">{style}", 1)
+
+
+def _drawn(picture: Mapping[str, str]) -> Markup:
+    return own_ids(picture["svg"], picture["key"], picture["title"])
+
+
+def _bar(check: Mapping[str, str]) -> Markup:
+    return own_ids(check["bar"], "bar", f"{check['title']}: {check['value']}, limits {check['limits']}")

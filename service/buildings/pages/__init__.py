@@ -1,0 +1,9 @@
+"""The pages of buildings: the first page, and one page for each building."""
+
+from fastapi import APIRouter
+
+from service.buildings.pages import building, home
+
+router = APIRouter()
+router.include_router(home.router)
+router.include_router(building.router)

@@ -1,0 +1,158 @@
+"""The assessments of many earthquakes of one building, by as many statements as a few take."""
+
+from bisect import bisect_left
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from itertools import accumulate
+from typing import Any, TypeVar
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service.alerts.tables import Alert
+from service.analyses import history
+from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.db.select import Span
+from service.drift.tables import DriftValue, MonitoredSeries
+from service.jobs import queue as job_queue
+from service.records import queries as record_queries
+from service.records.tables import Event
+from service.verdict.assessment import Assessment, assess
+from service.verdict.overview import StoredFacts
+from service.verdict.reading import event_facts
+
+WITHDRAWN = "withdrawn"
+"""State of an alert that was never the case."""
+Result = TypeVar("Result", DirectionResult, LayerResult, ShakingResult)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class PastEvent:
+    """An earthquake and its verdict."""
+
+    event: Event
+    verdict: Assessment
+    """By its checks and the alerts that were open when it happened, as they are known today."""
+
+
+def of_events(
+    session: Session, building: Building, events: Sequence[Event], at: datetime | None = None
+) -> list[Assessment]:
+    """The assessments of some earthquakes of a building, in their order, as `reading.of_event` gives each.
+
+    Args:
+        session: to read with.
+        building: theirs.
+        events: all of this building.
+        at: the open alerts are those of this time; None: of now.
+    """
+    alerts, compared = history.open_at(session, building.id, at), job_queue.is_monitoring_pending(session, building.id)
+    return _assessed(session, building, events, lambda _: alerts, lambda _: compared)
+
+
+def past_events(session: Session, building: Building, limit: int) -> list[PastEvent]:
+    """The building's latest earthquakes, the earliest of them first, by what is known of them today.
+
+    Only the last one is provisional while a comparison is under way.
+
+    Args:
+        session: to read with.
+        building: of the earthquakes.
+        limit: earthquakes.
+    """
+    events = [line.Event for line in record_queries.events(session, building.id, Span(), None, None, limit)][::-1]
+    if not events:
+        return []
+    alerts, compared = _alerts(session, building.id), job_queue.is_monitoring_pending(session, building.id)
+    verdicts = _assessed(
+        session,
+        building,
+        events,
+        lambda event: [(one, state) for one, state in alerts if _concerns(one, event)],
+        lambda event: compared and event is events[-1],
+    )
+    return [PastEvent(event=event, verdict=one) for event, one in zip(events, verdicts, strict=True)]
+
+
+def _assessed(
+    session: Session,
+    building: Building,
+    events: Sequence[Event],
+    alerts: Callable[[Event], Sequence[tuple[Alert, str]]],
+    is_being_compared: Callable[[Event], bool],
+) -> list[Assessment]:
+    """The assessments of the events, by the alerts that concern each."""
+    numbers = [one.id for one in events]
+    current = select(Analysis).where(Analysis.event_id.in_(numbers), Analysis.current)
+    analyses = {one.event_id: one for one in session.scalars(current)}
+    of_analyses = [one.id for one in analyses.values()]
+    directions = _by_analysis(session, DirectionResult, of_analyses)
+    layers = _by_analysis(session, LayerResult, of_analyses)
+    shaken = _by_analysis(session, ShakingResult, of_analyses)
+    largest, stiffness = _Largest(session, building), _stiffness(session, building, numbers)
+    file = building_store.described(session, building)
+    found = []
+    for event in events:
+        analysis = analyses.get(event.id)
+        number = 0 if analysis is None else analysis.id
+        facts = StoredFacts(
+            file=file,
+            results=sorted(directions[number], key=lambda one: one.direction),
+            layer=next(iter(layers[number]), None),
+            shaking=next(iter(shaken[number]), None),
+            largest_earlier=largest.before(event.start),
+            stiffness=stiffness[event.id],
+            is_being_compared=is_being_compared(event),
+            alerts=alerts(event),
+        )
+        found.append(assess(event_facts(event, analysis, facts)))
+    return found
+
+
+def _alerts(session: Session, building_id: int) -> Sequence[tuple[Alert, str]]:
+    """Alerts that were not withdrawn; one that has ended counts as it was while it was open."""
+    query = select(Alert).where(Alert.building_id == building_id, Alert.state != WITHDRAWN).order_by(Alert.id)
+    return [(one, one.state if one.closed_at is None else "active") for one in session.scalars(query)]
+
+
+def _concerns(alert: Alert, event: Event) -> bool:
+    """True if the alert was open when the earthquake happened, or its evidence includes it."""
+    was_open = alert.began_at <= event.start and (alert.closed_at is None or alert.closed_at > event.start)
+    return was_open or event.id in (*alert.event_ids, alert.onset_event_id, alert.raised_event_id)
+
+
+class _Largest:
+    """Largest displacements of a building (m) so far, by time."""
+
+    def __init__(self, session: Session, building: Building) -> None:
+        moved = history.largest_displacements(session, building.id)
+        self._starts = [start for start, _ in moved]
+        self._largest = list(accumulate((value for _, value in moved), max))
+
+    def before(self, start: datetime) -> float | None:
+        """The largest in the earthquakes before a time; None where none was measured."""
+        number = bisect_left(self._starts, start)
+        return self._largest[number - 1] if number else None
+
+
+def _by_analysis(session: Session, table: type[Result], analyses: Sequence[int]) -> Mapping[int, list[Result]]:
+    rows: dict[int, list[Result]] = defaultdict(list)
+    for one in session.scalars(select(table).where(table.analysis_id.in_(analyses))):
+        rows[one.analysis_id].append(one)
+    return rows
+
+
+def _stiffness(session: Session, building: Building, events: Sequence[int]) -> Mapping[int, list[tuple[Any, ...]]]:
+    """By event: (subject, events that the reference lacks, DriftValue | None) of each series of stiffness."""
+    of_building = (MonitoredSeries.building_id == building.id, MonitoredSeries.quantity == "stiffness")
+    series = session.scalars(select(MonitoredSeries).where(*of_building).order_by(MonitoredSeries.subject)).all()
+    of_series = DriftValue.series_id.in_([one.id for one in series])
+    values = {
+        (one.series_id, one.event_id): one
+        for one in session.scalars(select(DriftValue).where(of_series, DriftValue.event_id.in_(events)))
+    }
+    return {number: [(one.subject, one.wanted, values.get((one.id, number))) for one in series] for number in events}
