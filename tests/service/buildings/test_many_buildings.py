@@ -1,23 +1,31 @@
 """Lists of buildings come in pages, and what is read for a page or a scrape does not grow with the buildings."""
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 from api_client import client
+from assessed_buildings import STRONG, add_comparison, building, day, earthquake
 from monitored_building import building_file
 from prometheus_client import generate_latest
-from sqlalchemy import event as sqlalchemy_event, select
+from sqlalchemy import Engine, event as sqlalchemy_event, select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.buildings.pages import LISTED
+from service.alerts import periodic_checks
+from service.buildings.pages.home import LISTED
+from service.buildings.pages.map import drawn, read_area
 from service.buildings.tables import Building, Revision
 from service.db.sessions import reading
 from service.health.metrics import registry
 from service.records.tables import Event
-from service.verdict import reading as verdicts
+from service.settings import Settings
+from service.verdict import levels, reading as verdicts
+from service.verdict.checks import Level
+from service.verdict.tables import BuildingLevel
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 
@@ -44,6 +52,20 @@ def counted(sessions: sessionmaker[Session]) -> Iterator[Callable[[], int]]:
     sqlalchemy_event.listen(sessions.kw["bind"], "before_cursor_execute", note)
     yield lambda: len(statements)
     sqlalchemy_event.remove(sessions.kw["bind"], "before_cursor_execute", note)
+
+
+@contextmanager
+def counting() -> Iterator[Callable[[], int]]:
+    """Number of statements of every engine since then, without those that a caller's rights take once a second."""
+    statements: list[str] = []
+
+    def note(_1: object, _2: object, statement: str, *_3: object) -> None:
+        if not re.match("BEGIN|.*(api_key|login|building_link)", statement, re.DOTALL):
+            statements.append(statement)
+
+    sqlalchemy_event.listen(Engine, "before_cursor_execute", note)
+    yield lambda: len(statements)
+    sqlalchemy_event.remove(Engine, "before_cursor_execute", note)
 
 
 def test_a_scrape_takes_as_many_statements_for_one_building_as_for_seven(sessions: sessionmaker[Session]) -> None:
@@ -80,15 +102,86 @@ def test_the_lists_of_the_api_come_in_pages(database_url: str, sessions: session
     assert second["next"] is None
 
 
-def test_the_first_page_lists_so_many_buildings_and_shows_the_one_shaken_last(
+def test_the_first_page_takes_as_many_statements_for_three_hundred_buildings_as_for_three(
+    database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    numbers, pages = [], []
+    with client(database_url) as asking:
+        asking.get("/")  # opens the connections
+        for first, count in ((0, 3), (3, 297)):
+            with sessions.begin() as session:
+                add(session, first, count)
+            with counting() as statements:
+                pages.append(asking.get("/"))
+                numbers.append(statements())
+        second = asking.get("/?number=2").text
+        found = asking.get("/?find=TOWER 29").text
+    assert numbers[0] == numbers[1]
+    assert len(pages[1].content) < 100_000
+    assert "300 buildings" in pages[1].text
+    assert f'<a href="/buildings/B{LISTED - 1:03}"' in pages[1].text
+    assert f'<a href="/buildings/B{LISTED:03}"' not in pages[1].text
+    assert f'<a href="/buildings/B{LISTED:03}"' in second
+    assert "Page 2 of 6" in second
+    assert "11 of 300 shown" in found
+    assert '<a href="/buildings/B290"' in found
+
+
+def test_the_first_page_is_in_order_of_the_levels_and_counts_them(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     with sessions.begin() as session:
-        add(session, 0, LISTED + 1)
-    with client(database_url) as asking, counted(sessions):
-        first, second = asking.get("/").text, asking.get(f"/?cursor=B{LISTED - 1:03}").text
-    assert f'href="/?cursor=B{LISTED - 1:03}" rel="next"' in first
-    assert f"<td>tower {LISTED}<" not in first
-    assert f"<td>tower {LISTED}<" in second
-    assert "Further ones" not in second
-    assert f"tower {LISTED}: last event" in first
+        normal, strong, silent, late = (building(session) for _ in range(4))
+        for of, displacement in ((normal, 0.02), (strong, STRONG), (late, 0.02)):
+            add_comparison(session, earthquake(session, of, day(1), displacement))
+        session.add(
+            Event(building=silent, start=day(2), end=day(2), state="refused", created_at=day(2), updated_at=day(2))
+        )
+        levels.store(session, [normal.id, strong.id, silent.id, late.id], day(3))
+        add_comparison(session, earthquake(session, late, day(4), 1.0))  # after its level was stored
+        codes = [late.code, strong.code, silent.code, normal.code]
+    with client(database_url) as asking:
+        page = asking.get("/").text
+        inspected = asking.get("/?level=inspect").text
+    assert re.findall(r'<tr class="(\w+)"><th scope="row"><a href="/buildings/(\w+)">', page) == [
+        *zip(("act", "inspect", "no_data", "normal"), codes, strict=True)
+    ]
+    assert re.findall(r"<b>(\d+)</b> ([a-z ]+)</a>", page) == [
+        ("1", "act"), ("1", "inspect"), ("1", "no data"), ("1", "normal")
+    ]  # fmt: skip
+    assert "295 mm, 73.8 % of the design limit" in page
+    assert strong.code in inspected
+    assert normal.code not in inspected
+
+
+def test_the_periodic_checks_store_the_level_and_the_place_of_a_changed_building(
+    sessions: sessionmaker[Session],
+) -> None:
+    with sessions.begin() as session:
+        number = building(session).id
+    last: dict[int, periodic_checks.Checked] = {}
+    for displacement, level in ((0.02, "normal"), (STRONG, "inspect")):
+        with sessions.begin() as session:
+            of = session.get_one(Building, number)
+            add_comparison(session, earthquake(session, of, day(int(100 * displacement)), displacement))
+        periodic_checks.check_buildings(sessions, Settings(), day(40), last=last)
+        with sessions() as session:
+            assert session.get_one(BuildingLevel, number).level == level
+
+
+def test_ten_thousand_places_are_a_few_hundred_symbols_and_a_click_leads_nearer() -> None:
+    rng = np.random.default_rng(7)
+    spots = zip(35 + rng.random(10_000), 179.5 + rng.random(10_000), strict=True)
+    stored = [(f"B{n}", "tower", n == 5, lat, (lon + 180) % 360 - 180) for n, (lat, lon) in enumerate(spots)]
+    shown = drawn(stored, ())
+    assert shown is not None
+    assert len(shown.places) < 320
+    assert sum(one.count for one in shown.places) == 10_000
+    assert [one.code for one in shown.places if one.level is Level.WATCH] == ["B5"]
+    watched = next(one for one in shown.places if one.level is Level.WATCH)
+    area = read_area(watched.area)
+    wide = (area.east - area.west) % 360
+    inside = [one for one in stored if area.south <= one[3] <= area.north and (one[4] - area.west) % 360 <= wide]
+    assert watched.count <= len(inside) < 10_000 / 50
+    assert all(line.name.endswith("° N") for line in shown.parallels)
+    assert {line.name[-1] for line in shown.meridians} <= {"E", "W", "°"}
