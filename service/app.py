@@ -28,7 +28,7 @@ from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
 from service.health import api as health_api, metrics
 from service.health.metrics import Measured
-from service.http import api_page, error_pages, libraries, problems
+from service.http import api_page, error_pages, languages, libraries, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
 from service.http.request_capture import RequestCapture
@@ -107,6 +107,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.add_middleware(RequestCapture)
     app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.service_problem)
     app.add_middleware(Measured, registry=app.state.metrics)
+    app.add_middleware(languages.Languages)
     problems.install(app)
     app.add_exception_handler(NulError, problems.text_problem)
     app.add_exception_handler(SecretKeyError, problems.secret_key_problem)
@@ -147,6 +148,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     )
     for module in (*pages, health_api):  # each checks access by itself
         app.include_router(module.router)
+    app.include_router(languages.router)
     app.include_router(libraries.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))
     app.add_api_route("/openapi.json", openapi_document, include_in_schema=False)

@@ -26,7 +26,17 @@ from service.errors import ServiceError, TooLargeError
 from service.http import problems
 
 OPEN = frozenset(
-    {"/healthz", "/readyz", "/login", "/login/provider", "/login/callback", "/link", "/logout", "/openapi.json"}
+    {
+        "/healthz",
+        "/readyz",
+        "/login",
+        "/login/provider",
+        "/login/callback",
+        "/link",
+        "/logout",
+        "/language",
+        "/openapi.json",
+    }
 )
 """Paths that need no key; `/static/` needs none either."""
 BODY = 64 * 2**10

@@ -23,6 +23,8 @@ from service.access.roles import Role, soon_in_words
 from service.http.libraries import address as library_address
 from service.http.responses import CSV, JSON, Tagged, is_known, tag
 from service.jobs.schema import error_in_words
+from service.language.choice import LANGUAGES, spoken
+from service.language.translation import gettext, ngettext, said
 from service.reports import live
 from service.reports.charts import Picture, specification
 from service.verdict import texts
@@ -153,7 +155,12 @@ def stations(channels: Iterable[str]) -> list[tuple[str, str]]:
     return sorted({(part[0], part[1]) for part in parts if len(part) == CHANNEL_PARTS})
 
 
+TEMPLATES.env.add_extension("jinja2.ext.i18n")
+TEMPLATES.env.policies["ext.i18n.trimmed"] = True
+TEMPLATES.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]  # of the extension
 TEMPLATES.env.globals |= {
+    "language": spoken,
+    "languages": LANGUAGES,
     "library": library_address,
     "opening": texts.opening,
     "headline": texts.headline,
@@ -167,6 +174,7 @@ TEMPLATES.env.globals |= {
     "results": texts.RESULTS,
 }
 TEMPLATES.env.filters |= {
+    "said": said,
     "words": error_in_words,
     "percent": percent,
     "tenths": tenths,

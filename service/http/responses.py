@@ -22,6 +22,7 @@ from pydantic import BaseModel
 from service.access.auth import caller
 from service.http.paging import row_model
 from service.http.problems import openapi_responses
+from service.language.choice import spoken
 from service.version import VERSION
 
 Format = Annotated[
@@ -71,7 +72,7 @@ class Tagged(Response):
     Args:
         make: its content; runs in a thread.
         media_type: of the content.
-        identity: values that determine the content, besides the version of the code.
+        identity: values that determine the content, besides the version of the code and the language.
     """
 
     def __init__(self, make: Callable[[], bytes], media_type: str, *identity: object) -> None:
@@ -79,7 +80,7 @@ class Tagged(Response):
         self.name: str | None = None
         """File name under which a browser saves it; None: by its address."""
         self.make = make
-        self.etag = tag(VERSION, media_type, *identity)
+        self.etag = tag(VERSION, media_type, spoken(), *identity)
 
 
 class TaggedRoute(APIRoute):

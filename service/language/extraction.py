@@ -1,0 +1,172 @@
+"""Extraction of the messages that the catalogues must contain: `python -m service.language.extraction` updates them.
+
+Templates mark their messages for gettext. Of the Python modules that `SOURCES` names, every text with two words or more
+is a message, and every word that is a value of a mapping or a constant; an f-string is a message with numbered places.
+Documentation strings, descriptions for the API and lines of the log are not.
+"""
+
+import ast
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from babel.messages.catalog import Catalog
+from babel.messages.extract import extract
+from babel.messages.pofile import read_po, write_po
+
+from service.language.choice import ENGLISH, LANGUAGES
+from service.language.translation import parsed
+
+ROOT = Path(__file__).parents[2]
+FOLDER = Path(__file__).parent
+SOURCES: Mapping[str, tuple[str, ...]] = {
+    "layout": ("service/http/templates/layout.html",),
+}
+"""Files of each catalogue: patterns relative to the project's folder."""
+NOT_SHOWN = frozenset({"description", "summary", "help", "example", "examples", "pattern", "alias", "operation_id"})
+"""Arguments whose texts programs or developers read."""
+LOGGED = frozenset({"debug", "info", "warning", "error", "exception", "compile", "getLogger", "TypeVar"})
+"""Functions whose texts nobody reads on a page."""
+LETTERS = re.compile(r"[A-Za-z]{2}")
+EDGES = " ,;:\n"
+"""What joins a part of a sentence to others; it is no part of the message."""
+WORDS = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* [^A-Za-z]*[A-Za-z]|[A-Za-z]{2,}.* .*[A-Za-z]", re.DOTALL)
+WORD = re.compile(r"[A-Za-z][a-z]{2,}(-[a-z]+)*")
+
+
+def messages(path: Path) -> Iterator[str]:
+    """The messages of a template or a module; a plural's by its singular."""
+    if path.suffix == ".py":
+        yield from _of_module(ast.parse(path.read_text("utf-8")))
+        return
+    with path.open("rb") as opened:
+        options = {"trimmed": "true", "silent": "false", "trim_blocks": "true", "lstrip_blocks": "true"}
+        for _, found, _, _ in extract("jinja2", opened, options=options):
+            yield found[0] if isinstance(found, tuple | list) else found
+
+
+def _of_module(module: ast.Module) -> Iterator[str]:
+    hidden = {id(node) for one in ast.walk(module) for node in _unread(one)}
+    yield from _texts(module, hidden)
+
+
+def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
+    if id(node) in hidden:
+        return
+    if isinstance(node, ast.JoinedStr):
+        message = _with_places(node)
+        if LETTERS.search(re.sub(r"\{\d+\}", " ", message)):
+            yield message.strip(EDGES)
+        for part in node.values:
+            if isinstance(part, ast.FormattedValue):
+                yield from _texts(part.value, hidden)
+        return
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        if WORDS.search(node.value):
+            yield _without_formats(node.value).strip(EDGES)
+        return
+    if isinstance(node, ast.Dict):
+        for value in node.values:
+            yield from _words(value)
+    if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        if any(isinstance(name, ast.Name) and name.id.isupper() for one in targets for name in ast.walk(one)):
+            yield from _words(node.value)
+    for child in ast.iter_child_nodes(node):
+        yield from _texts(child, hidden)
+
+
+def _words(node: ast.AST) -> Iterator[str]:
+    """A single word that is a value; those of a tuple likewise."""
+    for one in node.elts if isinstance(node, ast.Tuple | ast.List) else [node]:
+        if isinstance(one, ast.Constant) and isinstance(one.value, str) and WORD.fullmatch(one.value):
+            yield one.value
+
+
+def _unread(node: ast.AST) -> Iterator[ast.AST]:
+    """Parts of a node that are documentation, descriptions for programs, or lines of the log."""
+    body = getattr(node, "body", None)
+    if isinstance(body, list):
+        yield from (one for one in body if isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant))
+    if isinstance(node, ast.Call):
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        if name in LOGGED:
+            yield from (*node.args, *node.keywords)
+        yield from (one for one in node.keywords if one.arg in NOT_SHOWN)
+    if isinstance(node, ast.AnnAssign | ast.arg) and node.annotation is not None:
+        yield node.annotation
+    if isinstance(node, ast.FunctionDef):
+        yield from node.decorator_list
+    if isinstance(node, ast.Dict):
+        yield from (one for one in node.keys if one is not None)
+    if isinstance(node, ast.Subscript):
+        yield node.slice
+
+
+def _with_places(node: ast.JoinedStr) -> str:
+    """`{0} of {1} shown`."""
+    parts, count = [], 0
+    for part in node.values:
+        if isinstance(part, ast.Constant):
+            parts.append(str(part.value).replace("{", "{{").replace("}", "}}"))
+        else:
+            parts.append(f"{{{count}}}")
+            count += 1
+    return "".join(parts)
+
+
+def _without_formats(text: str) -> str:
+    """`{share} %` of `{share:.0f} %`; a text that is not for `str.format` as it is."""
+    try:
+        literals, names = parsed(text)
+    except ValueError:
+        return text
+    if not names:
+        return text
+    named = [name or str(number) for number, name in enumerate(names)]
+    rest = "".join(f"{{{name}}}{literal}" for name, literal in zip(named, literals[1:], strict=True))
+    return literals[0] + rest
+
+
+def expected(name: str) -> dict[str, list[str]]:
+    """Files by message, of one catalogue."""
+    found: dict[str, list[str]] = {}
+    for pattern in SOURCES[name]:
+        paths = sorted(ROOT.glob(pattern))
+        if not paths:
+            raise FileNotFoundError(f"no file is like {pattern}, of the catalogue {name}")
+        for path in paths:
+            for message in messages(path):
+                files = found.setdefault(message, [])
+                if (file := path.relative_to(ROOT).as_posix()) not in files:
+                    files.append(file)
+    return found
+
+
+def main() -> int:
+    """Update every catalogue: new messages without a translation, none that is gone; 1 if translations are missing."""
+    missing = 0
+    for language in LANGUAGES:
+        if language == ENGLISH:
+            continue
+        for name in SOURCES:
+            path = FOLDER / language / f"{name}.po"
+            before = Catalog(locale=language)
+            if path.exists():
+                with path.open("rb") as opened:
+                    before = read_po(opened, locale=language)
+            made = Catalog(locale=language, project="Menshin", fuzzy=False)
+            for message, files in expected(name).items():
+                known = before.get(message)
+                translation = known.string if known is not None else ""
+                made.add(message, translation, locations=[(file, 0) for file in files])
+                missing += not translation
+            with path.open("wb") as opened:
+                write_po(opened, made, width=120, omit_header=True, include_lineno=False)
+    sys.stdout.write(f"{missing} messages have no translation\n")
+    return 1 if missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,254 @@
+"""Translation of texts and of composed sentences.
+
+A sentence such as `Change of stiffness, direction x: 12 %` was composed from messages with places: `{title}: {value}`,
+`{name}, direction {subject}`. It is translated by recognising the message whose fixed parts it contains, the most
+specific one first, and by translating the values in the places in turn. A text that no message fits is split into
+sentences and parts of sentences; what is left stays as it is: names, numbers, and words that people wrote.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib import resources
+from string import Formatter
+
+from babel.messages.pofile import read_po
+
+from service.language.choice import ENGLISH, Language, spoken
+
+LONGEST = 4000
+"""Letters of a text that is recognised; longer ones are people's."""
+DEEPEST = 8
+"""Texts within texts."""
+KEPT = 8192
+"""Translations that a process keeps."""
+SENTENCES = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
+"""Between two sentences."""
+SENTENCE = ". "
+STRONG, WEAK = (SENTENCE, "; ", ": "), (", and ", " – ", ", ", " and ")
+"""What stands between the parts of a text, in the order of splitting: before messages with longer values, and after."""
+PARTS: Mapping[Language, Mapping[str, str]] = {
+    "ja": {SENTENCE: "", "; ": "；", ": ": "：", ", and ": "、", " – ": " – ", ", ": "、", " and ": "と"},
+}
+"""What replaces it."""
+ENDS: Mapping[Language, str] = {"ja": "。"}
+"""In place of a full stop."""
+MONTHS = (
+    "January", "February", "March", "April", "May", "June",
+    "July", "August", "September", "October", "November", "December",
+)  # fmt: skip
+DATE = re.compile(rf"(\d{{1,2}}) ({'|'.join(MONTHS)}) (\d{{4}})(?:, (\d\d:\d\d))?")
+PARENTHESIS = re.compile(r"(.+?) \(([^()]*)\)(.*)", re.DOTALL)
+LETTERS = re.compile(r"[A-Za-z]{2}")
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message with places, and its translation."""
+
+    literals: tuple[str, ...]
+    """What stands before, between and after the places."""
+    names: tuple[str, ...]
+    """The places', one fewer."""
+    translation: str
+
+    @property
+    def weight(self) -> int:
+        """Letters that a text must have: the more, the more specific."""
+        return sum(map(len, self.literals))
+
+    def values(self, text: str) -> dict[str, str] | None:
+        """What a text has in the places; None if the message does not fit."""
+        first, last = self.literals[0], self.literals[-1]
+        at, end = len(first), len(text) - len(last)
+        if at > end or not (text.startswith(first) and text.endswith(last)):
+            return None
+        found = []
+        for literal in self.literals[1:-1]:
+            following = text.find(literal, at, end)
+            if following < 0:
+                return None
+            found.append(text[at:following])
+            at = following + len(literal)
+        found.append(text[at:end])
+        if any(SENTENCES.search(value) for value in found):
+            return None
+        return dict(zip(self.names, found, strict=True))
+
+    def is_torn(self, values: Mapping[str, str]) -> bool:
+        """True if a value holds an end or several parts of a sentence that no fixed part of the message separates."""
+        fixed = "".join(self.literals)
+        return any(
+            value.endswith(".")
+            or (": " in value and ":" not in fixed)
+            or ("; " in value and ":" not in fixed and ";" not in fixed)
+            for value in values.values()
+        )
+
+
+def parsed(message: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Literals and names of places of a message for `str.format`."""
+    literals, names = [""], []
+    for literal, name, _, _ in Formatter().parse(message):
+        literals[-1] += literal
+        if name is not None:
+            names.append(name)
+            literals.append("")
+    return tuple(literals), tuple(names)
+
+
+class Catalogue:
+    """The messages of a language.
+
+    Args:
+        translations: by the message in English; a plural's by its singular.
+        language: their language.
+    """
+
+    def __init__(self, translations: Mapping[str, str], language: Language) -> None:
+        self.exact = dict(translations)
+        self._language = language
+        made = [
+            Message(*parsed(message), translation)
+            for message, translation in translations.items()
+            if "{" in message and "%(" not in message
+        ]
+        worded = (one for one in made if one.names and any(map(LETTERS.search, one.literals)))
+        self._messages = sorted(worded, key=lambda one: (-one.weight, len(one.names)))
+
+    def said(self, text: str, depth: int = 0) -> str | None:
+        """A text in the language; None if no message fits it."""
+        if text in self.exact:
+            return self.exact[text]
+        if depth > DEEPEST or len(text) > LONGEST or not LETTERS.search(text):
+            return None
+        return (
+            self._varied(text, depth, is_whole=True)
+            or self._split(text, depth, STRONG)
+            or self._varied(text, depth, is_whole=False)
+            or self._split(text, depth, WEAK)
+            or self._parenthesis(text, depth)
+        )
+
+    def _recognised(self, text: str, depth: int, *, is_whole: bool) -> str | None:
+        """A text by the most specific message that fits it.
+
+        Args:
+            text: in English.
+            depth: of the text within others.
+            is_whole: whether no value may hold the parts of a sentence that the message itself does not separate.
+        """
+        for message in self._messages:
+            values = message.values(text)
+            if values is not None and not (is_whole and message.is_torn(values)):
+                return filled(message.translation, {name: self._value(value, depth) for name, value in values.items()})
+        return None
+
+    def _value(self, value: str, depth: int) -> str:
+        core = value.strip()
+        said = self.said(core, depth + 1) if core else None
+        return value if said is None else value.replace(core, said)
+
+    def _varied(self, text: str, depth: int, *, is_whole: bool) -> str | None:
+        """The same of a text whose first letter or full stop differs from the message's."""
+        other = text[:1].swapcase() + text[1:]
+        for end in ("", "."):
+            if text.endswith(end):
+                for one in (text, other):
+                    bare = one.removesuffix(end)
+                    found = self.exact.get(bare) or self._recognised(bare, depth, is_whole=is_whole)
+                    if found is not None:
+                        return found + (ENDS[self._language] if end else "")
+        return None
+
+    def _split(self, text: str, depth: int, separators: Sequence[str]) -> str | None:
+        for separator in separators:
+            parts = SENTENCES.split(text) if separator == SENTENCE else text.split(separator)
+            if len(parts) > 1 and (said := self._joined(parts, PARTS[self._language][separator], depth)):
+                return said
+        return None
+
+    def _parenthesis(self, text: str, depth: int) -> str | None:
+        inside = PARENTHESIS.fullmatch(text)
+        if inside is None:
+            return None
+        said = [self._part(part, depth) for part in inside.groups()]
+        if all(part is None for part in said):
+            return None
+        before, within, after = (part or given for part, given in zip(said, inside.groups(), strict=True))
+        return f"{before}（{within}）{after}"
+
+    def _part(self, part: str, depth: int) -> str | None:
+        return self.said(part, depth + 1) if part else None
+
+    def _joined(self, parts: Sequence[str], separator: str, depth: int) -> str | None:
+        """Parts in the language; None if none of them is known."""
+        said = [self._part(part, depth) for part in parts]
+        if not any(one is not None for one in said):
+            return None
+        shown = [part if one is None else one for part, one in zip(parts, said, strict=True)]
+        if separator or all(one is not None for one in said):
+            return separator.join(shown)
+        return " ".join(shown)
+
+
+def filled(translation: str, values: Mapping[str, str]) -> str:
+    """A translation with its places filled; values are not formatted again."""
+    literals, names = parsed(translation)
+    return literals[0] + "".join(values[name] + literal for name, literal in zip(names, literals[1:], strict=True))
+
+
+def singular(text: str | Sequence[str] | None) -> str:
+    """A message, or the first form of a plural's; empty for None."""
+    return text if isinstance(text, str) else (text or ("",))[0]
+
+
+@cache
+def catalogue(language: Language) -> Catalogue:
+    """The catalogue of all rooms in a language."""
+    translations: dict[str, str] = {}
+    for file in sorted(resources.files("service.language").joinpath(language).iterdir(), key=lambda one: one.name):
+        if not file.name.endswith(".po"):
+            continue
+        with file.open("rb") as opened:
+            for entry in read_po(opened, locale=language):
+                english, translation = singular(entry.id), singular(entry.string)
+                if english and translation:
+                    translations[english] = translation
+    return Catalogue(translations, language)
+
+
+@lru_cache(maxsize=KEPT)
+def _kept(text: str, language: Language) -> str:
+    return DATE.sub(_date, catalogue(language).said(text) or text)
+
+
+def _date(found: re.Match[str]) -> str:
+    day, month, year, at = found.groups()
+    return f"{year}年{MONTHS.index(month) + 1}月{day}日" + (f" {at}" if at else "")
+
+
+def said(text: str, language: Language | None = None) -> str:
+    """A text that the program composed, in a language; as it is where no message fits it.
+
+    Args:
+        text: in English.
+        language: that of what is being shown if none is given.
+    """
+    language = language or spoken()
+    return text if language == ENGLISH or not text else _kept(text, language)
+
+
+def gettext(message: str) -> str:
+    """A message of a template in the language of what is being shown."""
+    language = spoken()
+    return message if language == ENGLISH else catalogue(language).exact.get(message, message)
+
+
+def ngettext(singular: str, plural: str, number: int) -> str:
+    """The same of a message with a number."""
+    language = spoken()
+    if language == ENGLISH:
+        return singular if number == 1 else plural
+    return catalogue(language).exact.get(singular, plural)

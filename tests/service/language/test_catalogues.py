@@ -1,0 +1,80 @@
+"""Every message that people read has a translation, with the same places, and is recognised when it is filled."""
+
+import re
+from collections.abc import Sequence
+from itertools import count
+
+import pytest
+from babel.messages.catalog import Catalog
+from babel.messages.pofile import read_po
+
+from service.language.choice import ENGLISH, LANGUAGES
+from service.language.extraction import FOLDER, SOURCES, expected
+from service.language.translation import filled, parsed, said, singular
+
+PLACE = re.compile(r"%\(\w+\)[sd]")
+JAPANESE = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
+WORD = re.compile(r"\b[a-z]{4,}\b")
+CATALOGUES = [(language, name) for language in LANGUAGES if language != ENGLISH for name in SOURCES]
+
+
+def read(language: str, name: str) -> Catalog:
+    with (FOLDER / language / f"{name}.po").open("rb") as opened:
+        return read_po(opened, locale=language)
+
+
+def places(message: str) -> set[str]:
+    found = set(PLACE.findall(message))
+    if found:
+        return found
+    try:
+        return set(parsed(message)[1])
+    except ValueError:
+        return set()
+
+
+def allowed(message: str | Sequence[str]) -> set[str]:
+    """Places that a translation may have; a plural's has the number always."""
+    return places(message) if isinstance(message, str) else {"%(num)s"}.union(*map(places, message))
+
+
+@pytest.mark.parametrize(("language", "name"), CATALOGUES)
+def test_a_catalogue_has_exactly_the_messages_of_its_files(language: str, name: str) -> None:
+    there = {singular(entry.id) for entry in read(language, name) if entry.id}
+    wanted = set(expected(name))
+    assert there == wanted, "python -m service.language.extraction updates the catalogues"
+
+
+@pytest.mark.parametrize(("language", "name"), CATALOGUES)
+def test_every_message_is_translated_with_its_places(language: str, name: str) -> None:
+    entries = [entry for entry in read(language, name) if entry.id]
+    assert [singular(one.id) for one in entries if not singular(one.string) or one.fuzzy] == []
+    assert [singular(one.id) for one in entries if not places(singular(one.string)) <= allowed(one.id)] == []
+    if language == "ja":
+        in_words = [one for one in entries if WORD.search(PLACE.sub("", singular(one.id)))]
+        assert [singular(one.id) for one in in_words if not JAPANESE.search(singular(one.string))] == []
+
+
+@pytest.mark.parametrize(("language", "name"), CATALOGUES)
+def test_a_filled_message_is_recognised_as_itself(language: str, name: str) -> None:
+    wrong = []
+    for entry in read(language, name):
+        message = singular(entry.id)
+        if not message or "{" not in message or "%(" in message:
+            continue
+        names = parsed(message)[1]
+        values = dict(zip(dict.fromkeys(names), map(str, count(101)), strict=False))
+        given = filled(message, values)
+        if said(given, language) != filled(singular(entry.string), values):  # type: ignore[arg-type]  # of LANGUAGES
+            wrong.append((given, said(given, language)))  # type: ignore[arg-type]
+    assert wrong == []
+
+
+def test_a_message_of_several_catalogues_has_one_translation() -> None:
+    for language in {language for language, _ in CATALOGUES}:
+        said_as: dict[str, set[str]] = {}
+        for name in SOURCES:
+            for entry in read(language, name):
+                if entry.id:
+                    said_as.setdefault(singular(entry.id), set()).add(singular(entry.string))
+        assert {message: found for message, found in said_as.items() if len(found) > 1} == {}

@@ -1,0 +1,53 @@
+"""Sentences are recognised by the message they were composed from; what no message fits stays as it is."""
+
+import pytest
+
+from service.language.translation import Catalogue, said
+
+JAPANESE = Catalogue(
+    {
+        "normal": "正常",
+        "inspect": "点検",
+        "Change of stiffness": "剛性の変化",
+        "{title}, direction {subject}": "{title}（{subject} 方向）",
+        "direction {subject}": "{subject} 方向",
+        "{0} of {1} checks passed.": "{1} 項目中 {0} 項目が合格。",
+        "{0} alert{1} open": "未解決の警報 {0} 件",
+        "the isolators moved {length}": "免震層の変位は {length}",
+        "the isolators moved {length}, and {more}": "免震層の変位は {length}、さらに{more}",
+    },
+    "ja",
+)
+
+
+@pytest.mark.parametrize(
+    ("english", "japanese"),
+    [
+        ("normal", "正常"),
+        ("Normal", "正常"),
+        ("Change of stiffness, direction x", "剛性の変化（x 方向）"),
+        ("Change of stiffness, direction x: inspect", "剛性の変化（x 方向）：点検"),
+        ("8 of 9 checks passed. The isolators moved 12 mm.", "9 項目中 8 項目が合格。免震層の変位は 12 mm。"),
+        ("1 alert open; 2 alerts open", "未解決の警報 1 件；未解決の警報 2 件"),
+        ("inspect: the isolators moved 12 mm", "点検：免震層の変位は 12 mm"),
+        ("the isolators moved 12 mm, and change of stiffness", "免震層の変位は 12 mm、さらに剛性の変化"),
+    ],
+)
+def test_a_sentence_is_translated_with_what_stands_in_its_places(english: str, japanese: str) -> None:
+    assert JAPANESE.said(english) == japanese
+
+
+@pytest.mark.parametrize("text", ["", "12 mm", "KIS01", "Tower 29", "x" * 5000, "No message is like this one."])
+def test_what_no_message_fits_is_not_translated(text: str) -> None:
+    assert JAPANESE.said(text) is None
+
+
+def test_a_hostile_text_takes_no_long_search() -> None:
+    hostile = "the isolators moved " * 200
+    assert JAPANESE.said(hostile) is not None
+    assert JAPANESE.said(("normal, " * 490)[:-2]) == "、".join(["正常"] * 490)
+
+
+def test_dates_are_written_as_in_japan() -> None:
+    assert said("Tower 29, 5 January 2024, 14:03 (JST)", "ja") == "Tower 29, 2024年1月5日 14:03 (JST)"
+    assert said("Tower 29, 5 January 2024, 14:03 (JST)", "en") == "Tower 29, 5 January 2024, 14:03 (JST)"
