@@ -41,6 +41,7 @@ GET /login/callback
 GET /login/provider
 POST /login
 POST /logout
+POST /language
 GET /openapi.json
 GET /readyz
 GET /static/libraries/{name}
