@@ -41,8 +41,8 @@ def messages(path: Path) -> Iterator[str]:
         yield from _of_module(ast.parse(path.read_text("utf-8")))
         return
     with path.open("rb") as opened:
-        options = {"trimmed": "true", "silent": "false", "trim_blocks": "true", "lstrip_blocks": "true"}
-        for _, found, _, _ in extract("jinja2", opened, options=options):
+        options = dict.fromkeys(("trimmed", "newstyle_gettext", "trim_blocks", "lstrip_blocks"), "true")
+        for _, found, _, _ in extract("jinja2", opened, options=options | {"silent": "false"}):
             yield found[0] if isinstance(found, tuple | list) else found
 
 

@@ -3,13 +3,14 @@
 import re
 from collections.abc import Sequence
 from itertools import count
+from pathlib import Path
 
 import pytest
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po
 
 from service.language.choice import ENGLISH, LANGUAGES
-from service.language.extraction import FOLDER, SOURCES, expected
+from service.language.extraction import FOLDER, SOURCES, expected, messages
 from service.language.translation import filled, parsed, said, singular
 
 PLACE = re.compile(r"%\(\w+\)[sd]")
@@ -78,3 +79,9 @@ def test_a_message_of_several_catalogues_has_one_translation() -> None:
                 if entry.id:
                     said_as.setdefault(singular(entry.id), set()).add(singular(entry.string))
         assert {message: found for message, found in said_as.items() if len(found) > 1} == {}
+
+
+def test_a_message_of_a_template_is_extracted_as_the_page_asks_for_it(tmp_path: Path) -> None:
+    path = tmp_path / "spectrum.html"
+    path.write_text("{% trans %}Damped by 5 %{% endtrans %}{% trans n=9 %}{{ n }} %{% endtrans %}")
+    assert list(messages(path)) == ["Damped by 5 %%", "%(n)s %%"]
