@@ -51,6 +51,7 @@ def add_recipient(
         kinds=tuple(wanted.kinds or wanted_kinds(wanted.kind)),
         severities=tuple(wanted.severities or SEVERITIES),
         report=wanted.report,
+        language=wanted.language,
     )
     row = recipients.add(session, building.id, rule, by, now)
     send_open_alerts_to_new_recipients(session, building.id, now)
@@ -67,9 +68,9 @@ def change_recipient(session: Session, receiver_id: int, wanted: ReceiverChange,
     receiver = recipients.receiver(session, receiver_id)
     given = wanted.model_dump(exclude_none=True)
     if not given:
-        raise ConflictError("The request changes nothing; give address, secret, kinds, severities or report.")
+        raise ConflictError("The request changes nothing; give address, secret, kinds, severities, report or language.")
     of_now = {name: getattr(receiver, name) for name in ("name", "kind", "address", "secret", "kinds", "severities")}
-    of_now["report"] = receiver.with_report
+    of_now |= {"report": receiver.with_report, "language": receiver.language}
     recipients.change(receiver, ReceiverRule(**(of_now | given)), now)
     send_open_alerts_to_new_recipients(session, receiver.building_id, now)
     return receiver

@@ -210,6 +210,7 @@ def _receiver(table: ReceiverTable) -> ReceiverRule:
         kinds=tuple(table.kinds or wanted_kinds(table.kind)),
         severities=tuple(table.severities or SEVERITIES),
         report=table.report,
+        language=table.language,
     )
 
 

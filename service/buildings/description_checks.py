@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 from service.addresses import web_address_problem
 from service.buildings.description_keys import BuildingTable
-from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_report, wrong_secret
+from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_language, wrong_report, wrong_secret
 from service.formats.format_errors import FormatError
 from service.formats.toml_problems import Check, Problem, wrong_keys
 from service.formats.units import unit_gain
@@ -171,6 +171,8 @@ def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
         if problem := wrong_report(kind, receiver.get("report")):
             yield ("receiver", index, "report"), problem
+        if problem := wrong_language(kind, receiver.get("language")):
+            yield ("receiver", index, "language"), problem
 
 
 def _unreachable_contacts(document: Mapping[str, Any]) -> Iterator[Problem]:

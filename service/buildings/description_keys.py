@@ -12,6 +12,7 @@ from service.buildings.recipient_rules import MAIL, ReceiverKind, Severity, Want
 from service.formats.format_errors import FormatError
 from service.formats.toml_problems import Table
 from service.formats.units import unit_gain
+from service.language.choice import ENGLISH, Language
 
 
 def _timezone(name: str) -> str:
@@ -228,6 +229,10 @@ class ReceiverTable(Table):
     )
     report: bool = Field(
         default=False, description="email only: true to get the report on an earthquake, as PDF, with its messages"
+    )
+    language: Language = Field(
+        default=ENGLISH,
+        description="email and apprise only: language of its messages and reports, en (English) or ja (Japanese)",
     )
 
 

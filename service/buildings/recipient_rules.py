@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 from urllib.parse import urlsplit
 
+from service.language.choice import ENGLISH, Language
+
 ReceiverKind = Literal["email", "webhook", "alertmanager", "apprise"]
 WantedKind = Literal["event", "alert", "data", "drill"]
 """Kinds of messages: an earthquake, an alert on the building or its sensors, data that stopped, a drill."""
@@ -17,6 +19,8 @@ WANTED_KINDS: tuple[WantedKind, ...] = get_args(WantedKind)
 SEVERITIES: tuple[Severity, ...] = get_args(Severity)
 STANDING: tuple[WantedKind, ...] = ("alert", "data", "drill")
 """Kinds of messages for an Alertmanager, which keeps open alerts; an earthquake does not stay open."""
+PROGRAMS = frozenset({"webhook", "alertmanager"})
+"""Kinds of recipients that are programs: what they get is in English."""
 VARIABLE = "env:"
 """Before the name of a variable of the environment that holds an address or a secret."""
 SECRET = "whsec_"
@@ -40,6 +44,8 @@ class ReceiverRule:
     severities: tuple[Severity, ...]
     report: bool = False
     """Whether mails about earthquakes carry the report as PDF."""
+    language: Language = ENGLISH
+    """In which a person gets messages, and the report."""
 
 
 def wanted_kinds(kind: ReceiverKind) -> tuple[WantedKind, ...]:
@@ -78,6 +84,12 @@ def wrong_secret(kind: str, secret: str | None) -> str | None:
 def wrong_report(kind: str, report: object) -> str | None:
     """The error in the wish for a report; None if it is valid."""
     return "only mail carries a report; leave it out" if report is True and kind != "email" else None
+
+
+def wrong_language(kind: str, language: object) -> str | None:
+    """The error in a known language; None if it is valid."""
+    is_other = language not in (None, ENGLISH)
+    return "programs get messages in English; leave it out" if is_other and kind in PROGRAMS else None
 
 
 def shown_address(kind: str, address: str) -> str:

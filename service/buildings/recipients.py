@@ -11,6 +11,7 @@ from service.buildings.recipient_rules import (
     ReceiverRule,
     shown_address,
     wrong_address,
+    wrong_language,
     wrong_report,
     wrong_secret,
 )
@@ -34,7 +35,7 @@ def add(session: Session, building_id: int, rule: ReceiverRule, by: str, now: da
     """Add a recipient.
 
     Raises:
-        FieldsError: the name is in use, or the address or the secret is not valid.
+        FieldsError: the name is in use, or the address, the secret or another value is not valid.
     """
     if any(receiver.name == rule.name for receiver in of_building(session, building_id)):
         raise FieldsError({"name": f"there is a receiver {rule.name!r} already; give another name"})
@@ -47,7 +48,7 @@ def change(receiver: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
 
     Raises:
         ConflictError: it is in the building file.
-        FieldsError: the address or the secret is not valid.
+        FieldsError: the address, the secret or another value is not valid.
     """
     _refuse_the_files(receiver)
     _refuse_wrong(rule)
@@ -111,6 +112,7 @@ def _refuse_wrong(rule: ReceiverRule) -> None:
         "address": wrong_address(rule.kind, rule.address),
         "secret": wrong_secret(rule.kind, rule.secret),
         "report": wrong_report(rule.kind, rule.report),
+        "language": wrong_language(rule.kind, rule.language),
     } | {
         name: "only the building file may name a variable of the environment"
         for name, value in given.items()
@@ -142,4 +144,5 @@ def _set(row: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
         row.since = now
     row.kind, row.address, row.secret = rule.kind, rule.address, rule.secret
     row.kinds, row.severities, row.with_report = list(rule.kinds), list(rule.severities), rule.report
+    row.language = rule.language
     return row

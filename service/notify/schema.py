@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from service.access.roles import Caller, Role
 from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind, shown_address
 from service.http.forms import ticked
+from service.language.choice import ENGLISH, Language
 from service.notify import queries
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.notify.texts import HIDDEN
@@ -45,6 +46,10 @@ class ReceiverRequest(BaseModel):
     report: bool = Field(
         False, description="For a mail address: true to get the report on an earthquake, as PDF, with its messages."
     )
+    language: Language = Field(
+        ENGLISH,
+        description="Language of its messages and the report: `en` or `ja`; a webhook or an alertmanager gets `en`.",
+    )
 
 
 class ReceiverForm(ReceiverRequest):
@@ -69,6 +74,7 @@ class ReceiverChange(BaseModel):
     kinds: Kinds | None = Field(None, description="New kinds of messages.")
     severities: Severities | None = Field(None, description="New severities of messages.")
     report: bool | None = Field(None, description="Whether mails about earthquakes carry the report as PDF.")
+    language: Language | None = Field(None, description="New language of its messages and the report.")
 
 
 class ReceiverOut(Answer):
@@ -82,6 +88,7 @@ class ReceiverOut(Answer):
     kinds: list[str] = Field(description="Kinds of messages.")
     severities: list[str] = Field(description="Severities of messages.")
     report: bool = Field(description="True if mails about earthquakes carry the report as PDF.")
+    language: str = Field(description="Language of its messages and the report: `en` or `ja`.")
     origin: str = Field(description="`file` (the building's, and changed there) or `api`.")
     created_by: str | None = Field(description="Name of the key that added it; null for one of the building file.")
     created_at: datetime = Field(description="Time when it was added.")
@@ -220,6 +227,7 @@ def receiver_out(row: Receiver) -> ReceiverOut:
         kinds=row.kinds,
         severities=row.severities,
         report=row.with_report,
+        language=row.language,
         origin=row.origin,
         created_by=row.created_by,
         created_at=row.created_at,

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from service.buildings.tables import Building
 from service.db.base import Base
 from service.db.encryption import Encrypted
+from service.language.choice import ENGLISH
 
 
 class Receiver(Base):
@@ -31,6 +32,8 @@ class Receiver(Base):
     """Subscribed to these."""
     with_report: Mapped[bool] = mapped_column(default=False)
     """True if mails about earthquakes carry the report as PDF."""
+    language: Mapped[str] = mapped_column(default=ENGLISH)
+    """In which a person gets messages and the report: `en` or `ja`."""
     origin: Mapped[str]
     """`file` (the building's) or `api`."""
     created_by: Mapped[str | None]

@@ -53,12 +53,19 @@ def test_reads_what_each_needs_to_hear_of() -> None:
     manager, program = read(SMALL + MANAGER + PROGRAM, FOLDER).receivers
     assert manager.kinds == ("event", "alert", "data", "drill")
     assert (manager.report, read(SMALL + MANAGER + "report = true\n", FOLDER).receivers[0].report) == (False, True)
+    assert (manager.language, read(SMALL + MANAGER + 'language = "ja"\n', FOLDER).receivers[0].language) == ("en", "ja")
+    assert read(SMALL + PROGRAM + 'language = "en"\n', FOLDER).receivers[0].language == "en"
     assert (program.kinds, program.severities) == (("alert",), ("warning", "alarm"))
     text = SMALL + MANAGER.replace('"email"', '"alertmanager"').replace("manager@example.org", "https://example.org")
     assert read(text, FOLDER).receivers[0].kinds == ("alert", "data", "drill")
 
 
 WRONG = {
+    "unknown language": (SMALL + MANAGER + 'language = "fr"\n', "receiver[1].language: input should be 'en' or 'ja'"),
+    "language of a program": (
+        SMALL + PROGRAM + 'language = "ja"\n',
+        "receiver[1].language: programs get messages in Engl",
+    ),
     "report of a program": (SMALL + PROGRAM + "report = true\n", "receiver[1].report: only mail carries a report"),
     "twice": (SMALL + MANAGER + MANAGER, "receiver[2].name: 'manager' is already used by receiver[1]"),
     "unknown kind": (SMALL + MANAGER.replace('"email"', '"pigeon"'), "receiver[1].kind"),

@@ -79,6 +79,7 @@ def test_receivers_are_added_changed_and_removed(api: TestClient, program: Webho
     assert (changed["kinds"], changed["severities"]) == (["event", "alert"], ["alarm"])
     assert api.patch(place, json={}).status_code == 409
     assert api.patch(place, json={"report": True}).status_code == 409  # a program reads the event itself
+    assert api.patch(place, json={"language": "ja"}).status_code == 409
     assert [one["name"] for one in api.get(RECEIVERS).json()["items"]] == ["manager", "program"]
     assert api.delete(place).status_code == 204
     assert api.get(place).status_code == api.delete(place).status_code == 404
@@ -101,12 +102,26 @@ def test_the_files_receivers_are_the_files(api: TestClient) -> None:
         ({"kind": "apprise", "address": "env:HOME"}, 409),
         ({"kind": "email", "address": "a@b.org", "name": "manager"}, 409),
         ({"kind": "apprise", "address": "json://127.0.0.1/b", "report": True}, 409),
+        ({"kind": "alertmanager", "address": "https://a.b", "language": "ja"}, 409),
+        ({"kind": "email", "address": "a@b.org", "language": "fr"}, 422),
         ({"kind": "pigeon", "address": "a@b.org"}, 422),
         ({"kind": "email", "address": "a@b.org", "kinds": []}, 422),
     ],
 )
 def test_what_will_not_do_is_refused(api: TestClient, wrong: dict[str, object], status: int) -> None:
     assert api.post(RECEIVERS, json={"name": "another"} | wrong).status_code == status
+
+
+def test_a_person_s_language_is_chosen_and_changed(api: TestClient) -> None:
+    made = api.post(RECEIVERS, json={"name": "me", "kind": "email", "address": "a@b.org", "language": "ja"}).json()
+    assert made["language"] == "ja"
+    place = f"/api/v1/receivers/{made['id']}"
+    assert api.patch(place, json={"severities": ["alarm"]}).json()["language"] == "ja", "what is not given stays"
+    assert api.patch(place, json={"language": "en"}).json() == api.get(place).json()
+    assert api.get(place).json()["language"] == "en"
+    refused = api.patch(place, json={"language": "fr"})
+    assert refused.status_code == 422
+    assert "'en' or 'ja'" in refused.text
 
 
 def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(api: TestClient, database_url: str) -> None:
@@ -233,10 +248,12 @@ def test_a_drill_by_the_page(api: TestClient, program: WebhookServer, sessions: 
 
 def test_receivers_by_the_page(api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
     form = {"name": "mail", "kind": "email", "address": "a@b.org", "kinds_alert": "1", "severities_alarm": "1"}
-    form["report"] = "1"
+    form |= {"report": "1", "language": "ja"}
     assert api.post("/buildings/TOWER/receivers", data=form).headers["location"] == "/buildings/TOWER/messages"
-    assert "mail email a@b.org alert alarm as PDF loopback" in shown(api, "/buildings/TOWER/messages")
+    assert "mail email a@b.org alert alarm 日本語 as PDF loopback" in shown(api, "/buildings/TOWER/messages")
     hooked = {"name": "hook", "kind": "webhook", "address": program.address}
+    refused = api.post("/buildings/TOWER/receivers", data=hooked | {"language": "ja"})
+    assert (refused.status_code, "rograms get messages in English" in refused.text) == (409, True)
     made = api.post("/buildings/TOWER/receivers", data=hooked)
     assert made.status_code == 201
     assert "whsec_" in made.text
