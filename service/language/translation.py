@@ -26,6 +26,10 @@ KEPT = 8192
 SENTENCES = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
 """Between two sentences."""
 SENTENCE = ". "
+MOST = 4
+"""Sentences of a message in the midst of a text."""
+TELLING = 8
+"""Letters of a fixed part that no value has in itself: it belongs to another message of that kind."""
 STRONG, WEAK = (SENTENCE, "; ", ": "), (", and ", " – ", ", ", " and ")
 """What stands between the parts of a text, in the order of splitting: before messages with longer values, and after."""
 PARTS: Mapping[Language, Mapping[str, str]] = {
@@ -72,7 +76,8 @@ class Message:
             found.append(text[at:following])
             at = following + len(literal)
         found.append(text[at:end])
-        if any(SENTENCES.search(value) for value in found):
+        telling = [literal for literal in self.literals if len(literal) >= TELLING]
+        if any(SENTENCES.search(value) or any(one in value for one in telling) for value in found):
             return None
         return dict(zip(self.names, found, strict=True))
 
@@ -164,10 +169,24 @@ class Catalogue:
 
     def _split(self, text: str, depth: int, separators: Sequence[str]) -> str | None:
         for separator in separators:
-            parts = SENTENCES.split(text) if separator == SENTENCE else text.split(separator)
+            parts = self._sentences(text) if separator == SENTENCE else text.split(separator)
             if len(parts) > 1 and (said := self._joined(parts, PARTS[self._language][separator], depth)):
                 return said
         return None
+
+    def _sentences(self, text: str) -> list[str]:
+        """The sentences of a text; those of one message together."""
+        single, parts, at = SENTENCES.split(text), [], 0
+        while at < len(single):
+            ends = range(min(at + MOST, len(single)), at + 1, -1)
+            known = (end for end in ends if self._is_message(" ".join(single[at:end])))
+            end = next(known, at + 1)
+            parts.append(" ".join(single[at:end]))
+            at = end
+        return parts
+
+    def _is_message(self, text: str) -> bool:
+        return text in self.exact or any(one.values(text) is not None for one in self._messages)
 
     def _parenthesis(self, text: str, depth: int) -> str | None:
         inside = PARENTHESIS.fullmatch(text)

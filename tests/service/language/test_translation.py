@@ -14,6 +14,10 @@ JAPANESE = Catalogue(
         "{0} of {1} checks passed.": "{1} 項目中 {0} 項目が合格。",
         "{0} alert{1} open": "未解決の警報 {0} 件",
         "the isolators moved {length}": "免震層の変位は {length}",
+        "They carry the building. Have them inspected.": "免震装置は建物を支えます。点検を受けてください。",
+        "{what} that is {size} % off agrees with all": "{what}の誤差 {size} %（整合）",
+        "a mass": "質量",
+        "a gain": "感度",
         "the isolators moved {length}, and {more}": "免震層の変位は {length}、さらに{more}",
     },
     "ja",
@@ -30,6 +34,14 @@ JAPANESE = Catalogue(
         ("8 of 9 checks passed. The isolators moved 12 mm.", "9 項目中 8 項目が合格。免震層の変位は 12 mm。"),
         ("1 alert open; 2 alerts open", "未解決の警報 1 件；未解決の警報 2 件"),
         ("inspect: the isolators moved 12 mm", "点検：免震層の変位は 12 mm"),
+        (
+            "The isolators moved 12 mm. They carry the building. Have them inspected. 2 alerts open.",
+            "免震層の変位は 12 mm。免震装置は建物を支えます。点検を受けてください。未解決の警報 2 件。",
+        ),
+        (
+            "a mass that is +8 % off agrees with all and a gain that is −5 % off agrees with all",
+            "質量の誤差 +8 %（整合）と感度の誤差 −5 %（整合）",
+        ),
         ("the isolators moved 12 mm, and change of stiffness", "免震層の変位は 12 mm、さらに剛性の変化"),
     ],
 )
@@ -43,8 +55,9 @@ def test_what_no_message_fits_is_not_translated(text: str) -> None:
 
 
 def test_a_hostile_text_takes_no_long_search() -> None:
-    hostile = "the isolators moved " * 200
-    assert JAPANESE.said(hostile) is not None
+    assert JAPANESE.said("the isolators moved " * 200) is None
+    assert JAPANESE.said("the isolators moved " + "12 mm, and " * 300) is not None
+    assert JAPANESE.said("Have them inspected. " * 190) is None
     assert JAPANESE.said(("normal, " * 490)[:-2]) == "、".join(["正常"] * 490)
 
 
