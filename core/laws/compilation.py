@@ -18,6 +18,10 @@ from core.effect import Effect
 OPTIONS: Mapping[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
 """Sums may be reordered; NaN and infinity are preserved, so that divergence shows."""
 
+UNCOUNTED: Mapping[str, Any] = {**OPTIONS, "_nrt": False, "nogil": True}
+"""For kernels that make no array. Numba's compiler removes the counting of references to arrays from a loop only up to
+a size of its body, which the tangents of all laws exceed: counting took five times as long as the computation."""
+
 jitted = njit(**OPTIONS)
 inlined = njit(**OPTIONS, inline="always")
 """For functions called in a kernel's innermost loop: passing ten arrays would take longer than the computation."""
@@ -31,23 +35,25 @@ def bound(function: Callable[..., Any], **names: Any) -> FunctionType:  # noqa: 
     return made
 
 
-def cached(function: FunctionType, digest: str) -> Any:  # noqa: ANN401  numba's functions have no type
+def cached(function: FunctionType, digest: str, options: Mapping[str, Any] = OPTIONS) -> Any:  # noqa: ANN401  untyped
     """The compiled function, from the cache of an earlier process if there is one.
 
     Args:
         function: compiled at its first call.
         digest: of all its sources other than its own file.
+        options: of the compilation, OPTIONS or UNCOUNTED.
     """
     function.__qualname__ = f"{function.__name__}_{digest}"
     try:
-        return njit(**OPTIONS, cache=True)(function)
+        return njit(**options, cache=True)(function)
     except RuntimeError:  # Numba found no writable folder
-        return jitted(function)
+        return njit(**options)(function)
 
 
 def digest(effects: Mapping[str, Effect], *sources: str) -> str:
     """Digest of the effects' laws, of the module constants that they use, and of other sources."""
-    texts = [repr(sorted(OPTIONS["fastmath"])), *sources]
+    options = {**UNCOUNTED, "fastmath": sorted(OPTIONS["fastmath"])}
+    texts = [repr(sorted(options.items())), *sources]
     for name, effect in sorted(effects.items()):
         law: Any = effect.law
         numbers = {n: v for n in law.__code__.co_names if isinstance(v := law.__globals__.get(n), int | float)}

@@ -212,7 +212,9 @@ def _response(
     if at_once:
         directions = np.array([wanted[n].unit for n in at_once])
         arrays = excited.samples, excited.acceleration, model.opcode, model.at_p, model.at_x, model.p
-        by_parameter[at_once] = column_kernel(model.laws)(*arrays, directions, states)
+        columns, room = np.empty((len(at_once), force.size)), np.zeros((2, 2 * model.states))
+        column_kernel(model.laws)(*arrays, directions, states, columns, room)
+        by_parameter[at_once] = columns
     for n in sorted({*range(len(wanted))} - {*at_once}):
         both = np.concatenate([start, changes[n]])
         _, by_parameter[n], followed = _integrated(excited, model, wanted[n].unit, both, model.states)
@@ -222,21 +224,12 @@ def _response(
 
 def _integrated(
     excited: Excitation, model: PackedModel, direction: Vector, start: Vector, behind: int
-) -> tuple[Vector, ...]:
+) -> tuple[Vector, Vector, Matrix]:
     """(n,) force, (n,) its derivative along the direction, and (n, m) states or (n, 2 m) with their derivatives."""
-    kernel = (tangent_kernel if behind else force_kernel)(model.laws)
-    results: tuple[Vector, ...] = kernel(
-        excited.samples,
-        excited.acceleration,
-        excited.weights,
-        excited.interval,
-        excited.fewest_steps,
-        model.opcode,
-        model.at_p,
-        model.at_x,
-        model.p,
-        direction,
-        behind,
-        start,
-    )
-    return results
+    kernel, count = (tangent_kernel if behind else force_kernel)(model.laws), excited.acceleration.size
+    answers = np.empty(count), np.empty(count), np.empty((count, start.size))
+    motion = excited.samples, excited.acceleration, excited.weights, excited.interval, excited.fewest_steps
+    arrays = model.opcode, model.at_p, model.at_x, model.p
+    room = np.zeros((8, max(start.size, excited.samples.shape[1])))
+    kernel(motion, arrays, direction, behind, start, answers, room)
+    return answers
