@@ -21,6 +21,13 @@ from service.language.translation import parsed
 ROOT = Path(__file__).parents[2]
 FOLDER = Path(__file__).parent
 SOURCES: Mapping[str, tuple[str, ...]] = {
+    "analyses": (
+        "service/http/templates/chart*.html",
+        "service/http/templates/event*.html",
+        "service/http/templates/modes.html",
+    ),
+    "jobs": ("service/http/templates/job.html",),
+    "records": ("service/http/templates/recordings.html",),
     "layout": ("service/http/templates/layout.html",),
 }
 """Files of each catalogue: patterns relative to the project's folder."""

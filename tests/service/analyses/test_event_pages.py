@@ -60,7 +60,7 @@ def test_the_list_goes_on_where_a_page_ends(database_url: str, stored: Session, 
     second = shown(database_url, stored, following)
     for event in made:
         assert (f'"/events/{event.id}"' in first) != (f'"/events/{event.id}"' in second)
-    assert "cursor=" not in second
+    assert 'rel="next"' not in second
 
 
 def test_an_earthquake_leads_to_those_before_and_after_it_at_its_building(
