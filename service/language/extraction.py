@@ -1,8 +1,8 @@
 """Extraction of the messages that the catalogues must contain: `python -m service.language.extraction` updates them.
 
 Templates mark their messages for gettext. Of the Python modules that `SOURCES` names, every text with two words or more
-is a message, and every word that is a value of a mapping or a constant; an f-string is a message with numbered places.
-Documentation strings, descriptions for the API and lines of the log are not.
+is a message, and every word that is a value of a mapping, a constant or a title; an f-string is a message with numbered
+places. Documentation strings, descriptions for the API and lines of the log are not.
 """
 
 import ast
@@ -33,6 +33,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
 """Files of each catalogue: patterns relative to the project's folder."""
 NOT_SHOWN = frozenset({"description", "summary", "help", "example", "examples", "pattern", "alias", "operation_id"})
 """Arguments whose texts programs or developers read."""
+TITLED = frozenset({"title", "family"})
+"""Arguments whose texts people read, single words too."""
 LOGGED = frozenset({"debug", "info", "warning", "error", "exception", "compile", "getLogger", "TypeVar"})
 """Functions whose texts nobody reads on a page."""
 LETTERS = re.compile(r"[A-Za-z]{2}")
@@ -76,6 +78,8 @@ def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
     if isinstance(node, ast.Dict):
         for value in node.values:
             yield from _words(value)
+    if isinstance(node, ast.keyword) and node.arg in TITLED:
+        yield from _words(node.value)
     if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
         if any(isinstance(name, ast.Name) and name.id.isupper() for one in targets for name in ast.walk(one)):

@@ -85,3 +85,9 @@ def test_a_message_of_a_template_is_extracted_as_the_page_asks_for_it(tmp_path: 
     path = tmp_path / "spectrum.html"
     path.write_text("{% trans %}Damped by 5 %{% endtrans %}{% trans n=9 %}{{ n }} %{% endtrans %}")
     assert list(messages(path)) == ["Damped by 5 %%", "%(n)s %%"]
+
+
+def test_a_title_is_a_message_even_if_it_is_one_word(tmp_path: Path) -> None:
+    path = tmp_path / "effect.py"
+    path.write_text('EFFECT = Effect(title="Friction", family="hysteresis", shape="point", description="Of steel.")')
+    assert list(messages(path)) == ["Friction", "hysteresis"]
