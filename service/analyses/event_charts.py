@@ -116,7 +116,10 @@ def spectra(by_name: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -> a
             x=alt.X("period:Q", title="period (s)").scale(type="log", nice=False),
             y=alt.Y("value:Q", title="pseudo-acceleration (gal)").scale(type="log", nice=False),
             color=alt.Color("curve:N", title=None, sort=list(by_name), legend=legend).scale(scheme="tableau10"),
-            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover(period="period (s)", value="pseudo-acceleration (gal)")],
+            tooltip=[
+                alt.Tooltip("curve:N", title="curve"),
+                *shown_on_hover(period="period (s)", value="pseudo-acceleration (gal)"),
+            ],
         )
     )
     title = alt.Title("Response spectra", subtitle="5 % damping")
@@ -169,7 +172,9 @@ def _over_height(rows: Rows, label: str, level: str) -> alt.LayerChart:
         color=colour,
         shape=alt.Shape("is:N", title=None).scale(domain=[MEASURED, ESTIMATED], range=["square", "circle"]),
         tooltip=[
-            *(alt.Tooltip(f"{name}:N") for name in ("level", "direction", "is")),
+            alt.Tooltip("level:N", title="level"),
+            alt.Tooltip("direction:N", title="direction"),
+            alt.Tooltip("is:N", title="is"),
             *shown_on_hover(peak=label, low="− 2 standard deviations", high="+ 2 standard deviations"),
         ],
     )
@@ -210,7 +215,10 @@ def parts_of_force(*, time: Vector, force: Vector, std: Vector, rigid: Vector, m
             across,
             alt.Y("force:Q", title="part of it (kN)").axis(minExtent=50),
             color=curves({RIGID: BLUE, MODAL: ORANGE}),
-            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover(time="time (s)", force="part of the force (kN)")],
+            tooltip=[
+                alt.Tooltip("curve:N", title="curve"),
+                *shown_on_hover(time="time (s)", force="part of the force (kN)"),
+            ],
         )
     )
     panels = [alt.LayerChart(layer=[band, line]), alt.LayerChart(layer=[below])]
@@ -303,9 +311,10 @@ def overlaid_loops(
     shown = alt.LayerChart(layer=[lines], title=title, width=460, height=360, config=CONFIG)
     if rubber_height is None:
         return shown
-    labels = f"format(datum.value / {MM * rubber_height / PERCENT:.6g}, '.3~g')"
     top = alt.X("displacement:Q", title="shear strain of the rubber (%)").axis(
-        orient="top", labelExpr=labels, grid=False
+        orient="top",
+        labelExpr=f"format(datum.value / {MM * rubber_height / PERCENT:.6g}, '.3~g')",
+        grid=False,
     )
     ends = alt.Chart(values([{"displacement": end} for end in reach])).mark_rule(opacity=0).encode(top)
     shown.layer = [ends, lines]

@@ -2,11 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import altair as alt
 import numpy as np
-import vl_convert
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -27,8 +25,8 @@ from service.db.blobs import decode, decode_history
 from service.errors import NotFoundError
 from service.records import queries as record_queries
 from service.records.tables import Event
+from service.reports import still
 from service.reports.charts import MM
-from service.reports.paper import font_folders
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,16 +68,7 @@ def _trend(quantity: str, series: Mapping[str, Sequence[TrendPoint]]) -> Picture
 
 def svg(picture: alt.TopLevelMixin) -> str:
     """A picture as SVG."""
-    _know_fonts()
-    drawn: str = vl_convert.vegalite_to_svg(picture.to_dict(validate=False))
-    return drawn
-
-
-@cache
-def _know_fonts() -> None:
-    """Let labels be placed by the width of the letters with which they are printed."""
-    for folder in font_folders():
-        vl_convert.register_font_directory(str(folder))
+    return still.svg(picture.to_dict(validate=False))
 
 
 def _orbit(session: Session, report: EarthquakeReport, file: BuildingFile) -> Picture:

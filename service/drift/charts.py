@@ -8,6 +8,7 @@ from typing import Any
 import altair as alt
 
 from core.drift.quantities import BOTH_DIRECTIONS
+from core.drift.rules import RECOVERY, SLOW, SUDDEN
 from core.rounding import supported
 from service.analyses.mode_tracks import DIRECTIONS
 from service.drift.schema import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
@@ -41,6 +42,8 @@ CURVES: Mapping[str, Axes] = MappingProxyType(
 """Axes by quantity; quantities without an amplitude have no curve."""
 HISTORIES: Mapping[str, tuple[str, float]] = MappingProxyType({"residual_displacement": ("change (mm)", MM)})
 RELATIVE = ("change (%)", PERCENT)
+LABELS: Mapping[str, str] = {SUDDEN: "sudden {size}", SLOW: "slow {size}", RECOVERY: "recovery {size}"}
+"""Text beside the onset of an alarm, by its rule."""
 OLDER = "#8a929c"
 SHADES = ((OLDER, True), (OLDER, False), (BLUE, True), (BLUE, False))
 """Colour and filling of events: of the reference or later, tested or not."""
@@ -155,13 +158,14 @@ def _value_row(row: DriftRow, scale: float) -> dict[str, Any]:
 
 def _alarm_row(alarm: DriftAlarmRow, end: float, scale: float, unit: str) -> dict[str, Any]:
     sure = "" if alarm.is_sure else ", not yet sure"
-    size = supported(alarm.drift * scale, scale * (alarm.high - alarm.low) / 2, unit)
+    sign = "+" if alarm.drift > 0 else ""
+    size = sign + supported(alarm.drift * scale, scale * (alarm.high - alarm.low) / 2, unit)
     return {
         "start": alarm.onset_start.timestamp() * 1e3,
         "end": end,
         "low": alarm.low * scale,
         "high": alarm.high * scale,
-        "label": f"{alarm.rule} {'+' if alarm.drift > 0 else ''}{size}{sure}",
+        "label": LABELS.get(alarm.rule, alarm.rule).format(size=size) + sure,
     }
 
 

@@ -9,7 +9,6 @@ from urllib.parse import urlencode
 from zoneinfo import ZoneInfo
 
 import orjson
-import vl_convert
 from fastapi import Depends, Path, Request, Response
 from fastapi.templating import Jinja2Templates
 from jinja2 import pass_context
@@ -25,8 +24,9 @@ from service.http.responses import CSV, JSON, Tagged, is_known, tag
 from service.jobs.schema import error_in_words
 from service.language.choice import LANGUAGES, spoken
 from service.language.translation import gettext, ngettext, said
-from service.reports import live
+from service.reports import live, still
 from service.reports.charts import Picture, specification
+from service.reports.translated import translated
 from service.verdict import texts
 
 SVG = "image/svg+xml"
@@ -96,15 +96,15 @@ def specified(wanted: Form, specify: Callable[[], live.Spec], *identity: object)
     """The chart of a specification of Vega-Lite in the requested form; `identity` determines its content."""
     match wanted.form:
         case "svg":
-            return Tagged(lambda: vl_convert.vegalite_to_svg(specify()).encode(), SVG, *identity)
+            return Tagged(lambda: still.svg(specify()).encode(), SVG, *identity)
         case "json":
-            return Tagged(lambda: orjson.dumps(live.live(specify())), JSON, "live", *identity)
+            return Tagged(lambda: orjson.dumps(translated(live.live(specify()))), JSON, "live", *identity)
         case "csv":
             return Tagged(lambda: live.as_csv(specify()), CSV, "numbers", *identity)
         case "html":
             spec, address = specify(), wanted.request.url
             own = f"{address.path.removesuffix('html')}{{}}?{address.query}".format
-            return page(wanted.request, "chart", title=live.title(spec), tables=live.tables(spec), own=own)
+            return page(wanted.request, "chart", title=said(live.title(spec)), tables=live.tables(spec), own=own)
 
 
 def moment(context: Context, at: datetime, zone: str | None = None) -> str:

@@ -29,18 +29,41 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "jobs": ("service/http/templates/job.html",),
     "records": ("service/http/templates/recordings.html",),
     "layout": ("service/http/templates/layout.html",),
+    "charts": (
+        "service/reports/charts.py",
+        "service/analyses/event_charts.py",
+        "service/analyses/api/pictures.py",
+        "service/analyses/api/event_pictures.py",
+        "service/drift/charts.py",
+        "service/models/pages/pictures.py",
+        "service/models/effect_loops.py",
+        "service/models/figures/*.py",
+        "service/building_reports/charts.py",
+    ),
 }
 """Files of each catalogue: patterns relative to the project's folder."""
-NOT_SHOWN = frozenset({"description", "summary", "help", "example", "examples", "pattern", "alias", "operation_id"})
+NOT_SHOWN = frozenset(
+    {"description", "summary", "help", "example", "examples", "pattern", "alias", "operation_id", "labelExpr"}
+)
 """Arguments whose texts programs or developers read."""
-TITLED = frozenset({"title", "family"})
-"""Arguments whose texts people read, single words too."""
-LOGGED = frozenset({"debug", "info", "warning", "error", "exception", "compile", "getLogger", "TypeVar"})
-"""Functions whose texts nobody reads on a page."""
+LOGGED = frozenset({"debug", "info", "warning", "error", "exception", "compile", "getLogger", "TypeVar", "getattr"}) | {
+    "condition",
+    "transform_filter",
+    "transform_calculate",
+}
+"""Functions whose texts nobody reads on a page: names, lines of the log, expressions of charts."""
+TITLED = frozenset({"title", "subtitle", "family"})
+"""Arguments whose texts people read, however short."""
+DRAWN = re.compile(r"(.*_)?(CONFIG|SHAPES)")
+"""Constants that say how a chart is drawn."""
+FIELD = re.compile(r".*:[QNOT]", re.DOTALL)
+"""A field of a chart with its type."""
 LETTERS = re.compile(r"[A-Za-z]{2}")
 EDGES = " ,;:\n"
 """What joins a part of a sentence to others; it is no part of the message."""
 WORDS = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* [^A-Za-z]*[A-Za-z]|[A-Za-z]{2,}.* .*[A-Za-z]", re.DOTALL)
+LABEL = re.compile(r"[A-Za-z][a-z]{2,} \([^()]+\)")
+"""A quantity with its unit."""
 WORD = re.compile(r"[A-Za-z][a-z]{2,}(-[a-z]+)*")
 
 
@@ -65,25 +88,27 @@ def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
         return
     if isinstance(node, ast.JoinedStr):
         message = _with_places(node)
-        if LETTERS.search(re.sub(r"\{\d+\}", " ", message)):
+        if LETTERS.search(re.sub(r"\{\d+\}", " ", message)) and not FIELD.fullmatch(message):
             yield message.strip(EDGES)
         for part in node.values:
             if isinstance(part, ast.FormattedValue):
                 yield from _texts(part.value, hidden)
         return
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        if WORDS.search(node.value):
+        if (WORDS.search(node.value) or LABEL.fullmatch(node.value)) and not FIELD.fullmatch(node.value):
             yield _without_formats(node.value).strip(EDGES)
         return
     if isinstance(node, ast.Dict):
         for value in node.values:
             yield from _words(value)
-    if isinstance(node, ast.keyword) and node.arg in TITLED:
-        yield from _words(node.value)
     if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
         if any(isinstance(name, ast.Name) and name.id.isupper() for one in targets for name in ast.walk(one)):
             yield from _words(node.value)
+    if isinstance(node, ast.keyword) and node.arg in TITLED:
+        one = node.value.value if isinstance(node.value, ast.Constant) else ""
+        if isinstance(one, str) and LETTERS.search(one) and not (WORDS.search(one) or LABEL.fullmatch(one)):
+            yield one
     for child in ast.iter_child_nodes(node):
         yield from _texts(child, hidden)
 
@@ -107,6 +132,10 @@ def _unread(node: ast.AST) -> Iterator[ast.AST]:
         yield from (one for one in node.keywords if one.arg in NOT_SHOWN)
     if isinstance(node, ast.AnnAssign | ast.arg) and node.annotation is not None:
         yield node.annotation
+    if isinstance(node, ast.Assign | ast.AnnAssign):
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        if node.value is not None and any(isinstance(one, ast.Name) and DRAWN.fullmatch(one.id) for one in targets):
+            yield node.value
     if isinstance(node, ast.FunctionDef):
         yield from node.decorator_list
     if isinstance(node, ast.Dict):

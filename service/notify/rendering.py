@@ -272,9 +272,7 @@ def _picture(session: Session, message: Message) -> bytes | None:
     """
     if not message.picture_event_id or not message.picture_direction:
         return None
-    import vl_convert  # slow to import, and few messages need it
-
-    from service.reports import charts
+    from service.reports import charts, still  # slow to import, and few messages need them
 
     try:
         result = analysis_queries.restoring_force(session, message.picture_event_id, message.picture_direction, None)
@@ -290,5 +288,4 @@ def _picture(session: Session, message: Message) -> bytes | None:
         title=texts.PICTURE_TITLE.format(direction=message.picture_direction),
         subtitle="" if mark is None else texts.PICTURE_MARK.format(mark=mark),
     )
-    png: bytes = vl_convert.vegalite_to_png(picture.to_dict(), scale=SCALE)
-    return png
+    return still.png(picture.to_dict(), SCALE)

@@ -89,7 +89,7 @@ def restoring_force(
     kept = along_path(displacement, force, STEP)
     motion = _rows(kept, time=time, displacement=displacement * MM, force=force * KN)
     moved_rows = _rows(extremes(displacement, POINTS), time=time, displacement=displacement * MM)
-    moved = _line(moved_rows, "displacement", "mm").properties(width=HISTORY)
+    moved = _line(moved_rows, "displacement", "displacement (mm)").properties(width=HISTORY)
     forces = force_history(time=time, force=force, std=std).properties(width=HISTORY)
     histories = alt.vconcat(moved, forces.add_params(brush), spacing=12)
     heading = alt.Title(title, subtitle=subtitle)
@@ -113,30 +113,35 @@ def loop(*, time: Vector, displacement: Vector, force: Vector, title: str, subti
 def _over_displacement(displacement: Vector, force: Vector) -> str:
     """Summary of a loop for readers who do not see it."""
     return (
-        f"Restoring force of the isolation layer over its displacement: displacement {_span(displacement * MM)} mm, "
-        f"force {_span(force * KN)} kN."
+        "Restoring force of the isolation layer over its displacement: displacement "
+        f"{_least(displacement * MM)} to {_most(displacement * MM)} mm, "
+        f"force {_least(force * KN)} to {_most(force * KN)} kN."
     )
 
 
-def _span(values: Vector) -> str:
-    return f"{values.min():.3g} to {values.max():.3g}"
+def _least(values: Vector) -> str:
+    return f"{values.min():.3g}"
+
+
+def _most(values: Vector) -> str:
+    return f"{values.max():.3g}"
 
 
 def force_history(*, time: Vector, force: Vector, std: Vector) -> alt.LayerChart:
     """Restoring force (N) over time (s), with a band of ± 2 standard deviations (N)."""
-    return _banded(time, force * KN, std * KN, ("force", "kN"))
+    return _banded(time, force * KN, std * KN, ("force", "force (kN)"))
 
 
 def _banded(time: Vector, values: Vector, std: Vector, quantity: tuple[str, str]) -> alt.LayerChart:
-    """A history with its band, in the unit of the axis."""
-    name, unit = quantity
-    label = f"{name} ({unit})"
+    """A history with its band, in the unit of the axis; the quantity by its name and its label."""
+    name, label = quantity
+    unit = label.rpartition("(")[2].removesuffix(")")
     columns = {"time": time, name: values, "low": values - 2 * std, "high": values + 2 * std}
     rows = _rows(extremes(values, POINTS), **columns)
     across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
     colour = curves({ESTIMATE: BLUE, BAND: ORANGE})
     band = alt.Chart(rows).mark_area(opacity=0.3).encode(x=across, y="low:Q", y2="high:Q", color=colour)
-    line = _line(rows, name, unit).encode(
+    line = _line(rows, name, label).encode(
         color=colour,
         tooltip=_tooltips({"time": "time (s)", name: label, "low": f"from ({unit})", "high": f"to ({unit})"}),
     )
@@ -161,23 +166,27 @@ def orbit(time: Vector, x: Vector, y: Vector) -> alt.LayerChart:
             tooltip=_tooltips({"time": "time (s)", "x": "x (mm)", "y": "y (mm)"}),
         )
     )
-    shown = f"Path of the isolation layer in plan: x {_span(x * MM)} mm, y {_span(y * MM)} mm."
+    shown = (
+        f"Path of the isolation layer in plan: x {_least(x * MM)} to {_most(x * MM)} mm, "
+        f"y {_least(y * MM)} to {_most(y * MM)} mm."
+    )
     return alt.LayerChart(layer=[path], title="Path in plan", description=shown, width=380, height=380, config=CONFIG)
 
 
 def torsion_history(time: Vector, torsion: Vector, std: Vector) -> alt.LayerChart:
     """Torsion of the isolation layer (rad) over time (s), with a band of ± 2 standard deviations (rad)."""
-    shown = f"Torsion of the isolation layer over time, {_span(torsion * MRAD)} mrad."
-    chart = _banded(time, torsion * MRAD, std * MRAD, ("torsion", "mrad"))
+    shown = f"Torsion of the isolation layer over time, {_least(torsion * MRAD)} to {_most(torsion * MRAD)} mrad."
+    chart = _banded(time, torsion * MRAD, std * MRAD, ("torsion", "torsion (mrad)"))
     return chart.properties(title="Torsion", description=shown, config=CONFIG)
 
 
 def axial_load_history(time: Vector, ratio: Vector) -> alt.LayerChart:
     """Vertical force on the isolators over the weight, over time (s)."""
     rows = _rows(extremes(ratio, POINTS), time=time, load=ratio)
-    line = _line(rows, "load", "N/W")
+    line = _line(rows, "load", "load (N/W)")
+    shown = f"Vertical force on the isolators over time, {_least(ratio)} to {_most(ratio)} of the weight."
     chart = alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=400, height=150, config=CONFIG)
-    return chart.properties(description=f"Vertical force on the isolators over time, {_span(ratio)} of the weight.")
+    return chart.properties(description=shown)
 
 
 def equivalent_stiffness(events: Mapping[datetime, "Sequence[EquivalentSegment]"], title: str) -> alt.LayerChart:
@@ -251,14 +260,14 @@ def _path(rows: alt.InlineData, colour: str) -> alt.Chart:
     return chart
 
 
-def _line(rows: alt.InlineData, name: str, unit: str) -> alt.Chart:
+def _line(rows: alt.InlineData, name: str, label: str) -> alt.Chart:
     chart: alt.Chart = (
         alt.Chart(rows, width=400, height=150)
         .mark_line(color=BLUE, strokeWidth=1)
         .encode(
             x=alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False),
-            y=alt.Y(f"{name}:Q", title=f"{name} ({unit})").scale(zero=False),
-            tooltip=_tooltips({"time": "time (s)", name: f"{name} ({unit})"}),
+            y=alt.Y(f"{name}:Q", title=label).scale(zero=False),
+            tooltip=_tooltips({"time": "time (s)", name: label}),
         )
     )
     return chart

@@ -5,11 +5,11 @@ from functools import cache
 from pathlib import Path
 
 import altair as alt
-import vl_convert
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from core.tables import Table
+from service.reports import still
 from service.reports.charts import CONFIG
 from service.reports.document import Document, Figure
 from service.version import VERSION
@@ -72,7 +72,7 @@ def svg(picture: alt.TopLevelMixin, own: str, label: str) -> Markup:
         own: a word that no other picture of the page has, for its ids.
         label: contents of the picture.
     """
-    return own_ids(vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG), own, label)
+    return own_ids(still.svg(picture.to_dict(), CONFIG), own, label)
 
 
 def own_ids(drawn: str, own: str, label: str) -> Markup:

@@ -10,6 +10,7 @@ from copy import deepcopy
 from datetime import UTC, datetime
 from typing import Any
 
+from service.language.translation import said
 from service.reports.charts import DARK_COLOURS, DARK_CONFIG, INK, brief
 from service.reports.document import Numbers, numbers
 
@@ -49,11 +50,14 @@ def _rounded(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tables(spec: Spec) -> list[tuple[str, Numbers]]:
-    """The numbers of a picture: a table for each set of rows, with its panel's title; columns as in the tooltips."""
+    """The numbers of a picture: a table for each set of rows, with its panel's title; columns as in the tooltips.
+
+    In the language of what is being shown; `as_csv` is in English always.
+    """
     found = []
     for title, columns, rows in _sets(spec):
-        shown = [{name: _cell(row.get(field), kind) for field, name, kind in columns} for row in rows]
-        found.append((title, numbers(shown)))
+        shown = [{said(name): _read(row.get(field), kind) for field, name, kind in columns} for row in rows]
+        found.append((said(title), numbers(shown)))
     return found
 
 
@@ -97,6 +101,12 @@ def _rows(data: Mapping[str, Any] | None, spec: Spec) -> Sequence[Mapping[str, A
         return []
     found: Sequence[Mapping[str, Any]] = data["values"] if "values" in data else spec["datasets"][data["name"]]
     return found
+
+
+def _read(value: object, kind: str) -> object:
+    """A cell for readers: the names of classes in their language."""
+    shown = _cell(value, kind)
+    return said(shown) if kind == "nominal" and isinstance(shown, str) else shown
 
 
 def _cell(value: object, kind: str) -> object:

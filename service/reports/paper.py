@@ -8,15 +8,13 @@ import json
 from collections.abc import Mapping
 from datetime import datetime
 from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import typst
 
-FONTS: Mapping[str, str] = {"fontpkg_source_sans_3": "files", "matplotlib_fontja": "fonts"}
-"""Folder of fonts by package: Latin letters, Japanese ones. The packages are not imported."""
+from service.reports.still import font_folders
+
 STANDARDS = ("a-2a", "ua-1")
 """PDF/A for archives (ISO 19005-2), PDF/UA for readers who do not see it (ISO 14289-1)."""
 SHARPNESS = 120.0
@@ -57,12 +55,6 @@ def _compiled(template: str, data: Mapping[str, Any], form: Literal["pdf", "png"
             package_cache_path=empty,
         )
         return compiler.compile(format=form, **options)
-
-
-def font_folders() -> list[Path]:
-    """Folders of the fonts with which pages are printed, for programs that must know how wide letters are."""
-    specs = ((find_spec(package), folder) for package, folder in FONTS.items())
-    return [Path(place) / folder for spec, folder in specs if spec for place in spec.submodule_search_locations or ()]
 
 
 @cache

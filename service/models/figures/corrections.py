@@ -36,8 +36,9 @@ FLATTENED = 3.0
 """An axis ends at its fences if all points would need an axis so many times as long. A choice."""
 FEW = 0.1
 """Largest share of points outside an axis, but always one; more are a group that the axis shows. A choice."""
-TRIANGLES = {1: "triangle-up", -1: "triangle-down"}
-KINDS = {"best, or cannot be distinguished from it": ORANGE, "other": BLUE, "implausible": GREY}
+SHAPES = {1: "triangle-up", -1: "triangle-down"}
+BEST, OTHER, IMPLAUSIBLE = "best, or cannot be distinguished from it", "other", "implausible"
+KINDS = {BEST: ORANGE, OTHER: BLUE, IMPLAUSIBLE: GREY}
 
 
 def stiffness_over_amplitude(corrections: Sequence[BlockCorrection]) -> Figure | None:
@@ -120,7 +121,8 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
             alt.X("left:Q", title="noise ratio of the residual").scale(zero=False, nice=True, padding=15),
             color=alt.Color("kind:N", scale=scale, legend=legend),
             tooltip=[
-                *(alt.Tooltip(f"{name}:N") for name in ("effect", "family")),
+                alt.Tooltip("effect:N", title="effect"),
+                alt.Tooltip("family:N", title="family"),
                 *shown_on_hover("noise ratio of the residual", "ΔBIC"),
                 alt.Tooltip("reason:N", title="implausible because"),
             ],
@@ -200,7 +202,7 @@ def _scatter(
         alt.Chart(values(sides[side]))
         .mark_point(shape=shape, filled=True, size=110, opacity=1.0)
         .encode(across, vertical, color=colour, tooltip=hover)
-        for side, shape in TRIANGLES.items()
+        for side, shape in SHAPES.items()
         if sides[side]
     ]
     return alt.LayerChart(layer=[zero, bars, *edges, points])
@@ -208,5 +210,5 @@ def _scatter(
 
 def _kind(one: Candidate) -> str:
     if one.in_set:
-        return "best, or cannot be distinguished from it"
-    return "implausible" if one.implausible else "other"
+        return BEST
+    return IMPLAUSIBLE if one.implausible else OTHER

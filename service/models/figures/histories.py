@@ -57,12 +57,12 @@ def _loop(rows: Rows, width: int) -> alt.LayerChart:
         alt.Chart(values(rows), width=width, height=LOOP[1])
         .mark_line(strokeJoin="round")
         .encode(
-            x=alt.X("displacement (mm):Q").scale(nice=False, padding=10),
-            y=alt.Y("force (kN):Q"),
+            x=alt.X("displacement (mm):Q", title="displacement (mm)").scale(nice=False, padding=10),
+            y=alt.Y("force (kN):Q", title="force (kN)"),
             order="order:Q",
             color=curves({MEASURED: GREY, MODEL: BLUE, RESIDUAL: ORANGE}),
             strokeWidth=wider(MEASURED, 3.2, 1.1),
-            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover("displacement (mm)", "force (kN)")],
+            tooltip=[alt.Tooltip("curve:N", title="curve"), *shown_on_hover("displacement (mm)", "force (kN)")],
         )
     )
     return alt.LayerChart(layer=[lines])
@@ -111,7 +111,7 @@ def _history(measured: Vector, model: Vector, rate: float, label: str) -> alt.La
             y=alt.Y("y:Q", title=label).axis(minExtent=55),
             color=curves({MEASURED: GREY, MODEL: BLUE}),
             strokeWidth=wider(MEASURED, 2.2, 1.0),
-            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover(x="time (s)", y=label)],
+            tooltip=[alt.Tooltip("curve:N", title="curve"), *shown_on_hover(x="time (s)", y=label)],
         )
     )
     return alt.LayerChart(layer=[lines])

@@ -71,10 +71,13 @@ def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceCompariso
         alt.Chart(values([row | {"y": row["residual (noise ratio/√Hz)"]} for row in rows]), width=WIDTH, height=240)
         .mark_line(strokeWidth=1.4)
         .encode(
-            x=alt.X("frequency (Hz):Q").scale(type="log", nice=False),
+            x=alt.X("frequency (Hz):Q", title="frequency (Hz)").scale(type="log", nice=False),
             y=alt.Y("y:Q", title="residual (noise ratio/√Hz)").scale(type="log").axis(format="~g", values=DECADES),
             color=curves(colours),
-            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover("frequency (Hz)", y="residual (noise ratio/√Hz)")],
+            tooltip=[
+                alt.Tooltip("curve:N", title="curve"),
+                *shown_on_hover("frequency (Hz)", y="residual (noise ratio/√Hz)"),
+            ],
         )
     )
     return Figure("spectrum", *texts.FIGURES["spectrum"], (alt.LayerChart(layer=[lines]),), numbers(rows))

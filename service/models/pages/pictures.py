@@ -44,7 +44,8 @@ MEASURED, MODELLED = "measured", "model"
 COLOURS = alt.Scale(domain=[MEASURED, MODELLED], range=[GREY, BLUE])
 WAYS = {WITHOUT: GREY, WITH: BLUE, ALONE: ORANGE}
 """Colours of the loops of an effect."""
-GROUPS = {"fitted": BLUE, "held out": ORANGE, "later": GREY}
+FITTED, HELD_OUT, LATER, USUAL, MISSED = "fitted", "held out", "later", "as usual", "missed"
+GROUPS = {FITTED: BLUE, HELD_OUT: ORANGE, LATER: GREY}
 """Colours of the groups of earthquakes that errors are given for."""
 
 EffectName = Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
@@ -121,7 +122,7 @@ def versions(wanted: As, sessions: Reading, diagnosis: Annotated[int, Query(ge=1
     """Error of the model as given, refitted, and with each effect that a diagnosis proposes."""
     with sessions() as session:
         found = answers.diagnosis(queries.diagnosis(session, diagnosis)).versions
-    errors = [(one.name, {"fitted": one.error.nrmse, "held out": _error(one.error_held_out)}) for one in found]
+    errors = [(one.name, {FITTED: one.error.nrmse, HELD_OUT: _error(one.error_held_out)}) for one in found]
     return picture(wanted, lambda: falls(errors), "diagnosis-versions", diagnosis)
 
 
@@ -222,7 +223,7 @@ def falls(versions: Sequence[tuple[str, Mapping[str, float | None]]]) -> alt.Lay
     base = alt.Chart(values(rows)).encode(across, xOffset=alt.XOffset("group:N", sort=groups), color=colour)
     up = alt.Y("error:Q", title="error of the force (% of it)")
     hover = [
-        alt.Tooltip("version:N"),
+        alt.Tooltip("version:N", title="version"),
         alt.Tooltip("group:N", title="earthquakes"),
         *shown_on_hover(error="error (%)", change="change (%)"),
     ]
@@ -233,14 +234,14 @@ def falls(versions: Sequence[tuple[str, Mapping[str, float | None]]]) -> alt.Lay
 
 def effect_chart(name: str, found: Mapping[str, tuple[Vector, Vector]]) -> alt.HConcatChart:
     """Loops of a layer without and with an effect, and of the effect alone if it adds a force."""
-    panels = [_effect_panel(found, (WITHOUT, WITH), "of the layer")]
+    panels = [_effect_panel(found, (WITHOUT, WITH), "force of the layer (kN)")]
     if ALONE in found:
-        panels.append(_effect_panel(found, (ALONE,), "of the effect"))
+        panels.append(_effect_panel(found, (ALONE,), "force of the effect (kN)"))
     shown: alt.HConcatChart = alt.hconcat(*panels, spacing=30, title=EFFECTS[name].title, config=CONFIG)
     return shown
 
 
-def _effect_panel(found: Mapping[str, tuple[Vector, Vector]], ways: Sequence[str], whose: str) -> alt.LayerChart:
+def _effect_panel(found: Mapping[str, tuple[Vector, Vector]], ways: Sequence[str], up: str) -> alt.LayerChart:
     rows = [
         {"curve": way, "order": order, "displacement": brief(u[at] * MM), "force": brief(force[at] * KN)}
         for way in ways
@@ -253,11 +254,14 @@ def _effect_panel(found: Mapping[str, tuple[Vector, Vector]], ways: Sequence[str
         .mark_line(strokeJoin="round")
         .encode(
             x=alt.X("displacement:Q", title="displacement (mm)"),
-            y=alt.Y("force:Q", title=f"force {whose} (kN)"),
+            y=alt.Y("force:Q", title=up),
             order="order:Q",
             color=curves(colours),
             strokeWidth=wider(WITHOUT, 2.6, 1.3),
-            tooltip=[alt.Tooltip("curve:N"), *shown_on_hover(displacement="displacement (mm)", force="force (kN)")],
+            tooltip=[
+                alt.Tooltip("curve:N", title="curve"),
+                *shown_on_hover(displacement="displacement (mm)", force="force (kN)"),
+            ],
         )
     )
     return alt.LayerChart(layer=[lines])
@@ -267,7 +271,7 @@ def error_over_events(errors: Sequence[RatedError]) -> alt.LayerChart:
     """A model's error beyond noise, event by event, beside the largest usual error."""
     rows = values([_event(one) for one in errors])
     across = alt.X("time:T", title="event (UTC)").scale(type="utc", padding=16)
-    kinds = alt.Scale(domain=["fitted", "as usual", "missed"], range=[GREY, BLUE, ORANGE])
+    kinds = alt.Scale(domain=[FITTED, USUAL, MISSED], range=[GREY, BLUE, ORANGE])
     points = (
         alt.Chart(rows)
         .mark_point(size=70, opacity=0.9, filled=True)
@@ -283,7 +287,7 @@ def error_over_events(errors: Sequence[RatedError]) -> alt.LayerChart:
         )
     )
     if len({one.event.direction for one in errors}) > 1:
-        points = points.encode(shape=alt.Shape("direction:N"))
+        points = points.encode(shape=alt.Shape("direction:N", title="direction"))
     layers = [points]
     if errors and errors[0].allowed is not None:
         limit = alt.Chart(values([{"allowed": 100 * errors[0].allowed}]))
@@ -318,7 +322,7 @@ def _path(displacement: Vector, force: Vector, name: str, width: float) -> alt.C
 
 
 def _event(rated: RatedError) -> dict[str, object]:
-    kind = "fitted" if rated.event.is_fitted else "missed" if rated.is_missed else "as usual"
+    kind = FITTED if rated.event.is_fitted else MISSED if rated.is_missed else USUAL
     return {
         "time": rated.event.start.timestamp() * 1e3,
         "excess": float(f"{100 * rated.excess:.6g}"),
