@@ -139,6 +139,7 @@ def moved_far(
     displacement: float,
     residual: float,
     shaking: Mapping[str, float],
+    others: Collection[int] = (),
 ) -> Sequence[Line]:
     """(Event, Analysis) of the earthquakes that reached one of these values, the earliest first.
 
@@ -149,11 +150,13 @@ def moved_far(
         displacement: m, in one direction.
         residual: m, in one direction.
         shaking: by column of ShakingResult.
+        others: numbers of earthquakes that count whatever their values.
     """
     far = or_(
         DirectionResult.peak_displacement >= displacement,
         func.abs(DirectionResult.residual_displacement) >= residual,
         *(ShakingResult.__table__.c[name] >= value for name, value in shaking.items()),
+        Event.id.in_(others),
     )
     shaken = _moved(building_id).outerjoin(ShakingResult, ShakingResult.analysis_id == Analysis.id)
     query = shaken.with_only_columns(Event.id).where(far)

@@ -118,7 +118,13 @@ class LimitsTable(Table):
     )
     moat_clearance: LimitTable | None = Field(default=None, description="largest displacement over moat_clearance")
     damper_stroke: LimitTable | None = Field(default=None, description="largest displacement over damper_stroke")
+    damper_travel: LimitTable | None = Field(
+        default=None,
+        description="m, path of the isolators in all earthquakes together; without it the dampers' travel "
+        "cannot be checked",
+    )
     residual_displacement: LimitTable | None = Field(default=None, description="m, left by one earthquake")
+    rest_position: LimitTable | None = Field(default=None, description="m, left by all earthquakes together")
     storey_drift: LimitTable | None = Field(default=None, description="drift over height, as in 0.002 for 1/500")
     floor_acceleration: LimitTable | None = Field(default=None, description="m/s², largest of any floor")
     jma_intensity: LimitTable | None = Field(

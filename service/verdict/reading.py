@@ -20,6 +20,7 @@ from service.jobs import queue as job_queue
 from service.records import queries as record_queries
 from service.records.tables import Event
 from service.verdict import overview, shaking
+from service.verdict.accumulated import Totals, rest_position, totals, travel
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, Result, SignedInspection, assess
 from service.verdict.checks import COVERAGE, LEVELS, Lacking, Level, Measured
 from service.verdict.limits import TOLERANCE
@@ -27,8 +28,10 @@ from service.verdict.measured import (
     NO_DISPLACEMENT,
     NO_RESIDUAL,
     NOT_COMPARED,
+    Problems,
     measured_displacement,
     measured_residual,
+    problems,
 )
 from service.verdict.overview import StoredFacts
 from service.verdict.shaking import ShakingFacts
@@ -56,6 +59,7 @@ EXCLUDED = Lacking(
     reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
 )
 PENDING = Lacking(reason="The earthquake has not been analysed yet.", remedy="The analysis, which is under way.")
+NOT_SCREENED = Problems(data_problems=PENDING, sensor_problems=PENDING, clock_problems=PENDING)
 COMPARING = Lacking(reason=NOT_COMPARED.reason, remedy="The comparison, which is under way.")
 STATES: Mapping[str, str] = {
     "gathering": "its files are still coming in",
@@ -89,6 +93,7 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
         results=analysis_queries.direction_results(session, analysis.id) if analysis else (),
         layer=analysis_queries.layer_result(session, analysis.id) if analysis else None,
         shaking=analysis_queries.shaking_result(session, analysis.id) if analysis else None,
+        totals=_totals(session, event),
         largest_earlier=history.largest_before(session, event),
         stiffness=[tuple(row) for row in history.stiffness_values(session, event)],
         is_being_compared=job_queue.is_monitoring_pending(session, building.id),
@@ -139,10 +144,12 @@ def _of_building(row: Line, facts: StoredFacts) -> Assessment:
             limits=facts.file.limits,
             displacement=NO_DISPLACEMENT,
             residual=NO_RESIDUAL,
+            rest_position=NO_RESIDUAL,
+            travel=NO_DISPLACEMENT,
             shaking=shaking.lacking(shaking.NO_SHAKING),
             largest_earlier=None,
             stiffness={},
-            data_problems=(),
+            **problems(()),
             alerts=tuple(_alert(one, state, None, facts.tolerance) for one, state in facts.alerts),
             inspection=_inspection(facts, None),
         )
@@ -186,10 +193,12 @@ def event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, sil
         limits=facts.file.limits,
         displacement=PENDING if is_pending else _displacement(results, layer),
         residual=PENDING if is_pending else _residual(results),
+        rest_position=PENDING if is_pending or facts.totals is None else rest_position(facts.totals),
+        travel=PENDING if is_pending or facts.totals is None else travel(facts.totals),
         shaking=shaking.lacking(PENDING) if is_pending else _shaking(usable, facts),
         largest_earlier=facts.largest_earlier,
         stiffness=_stiffness(facts, is_pending),
-        data_problems=_problems(usable) if usable is not None else PENDING,
+        **(NOT_SCREENED if usable is None else _problems(usable)),
         alerts=tuple(_alert(one, state, event, facts.tolerance) for one, state in facts.alerts),
         inspection=_inspection(facts, event),
     )
@@ -281,9 +290,14 @@ def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
     return Measured(value=value.value, uncertainty=COVERAGE * value.std)
 
 
-def _problems(analysis: Analysis) -> tuple[str, ...]:
+def _totals(session: Session, event: Event) -> Totals | None:
+    own = totals(session, select(literal(event.building_id)), select(literal(event.id)))
+    return next((sums for _, _, sums in own), None)
+
+
+def _problems(analysis: Analysis) -> Problems:
     findings = [one for one in analysis.quality if one["severity"] != "note"]
-    return tuple(" ".join(filter(None, (one.get("channel"), one["message"]))) for one in findings)
+    return problems((one["kind"], " ".join(filter(None, (one.get("channel"), one["message"])))) for one in findings)
 
 
 def _alert(alert: Alert, state: str, event: Event | None, tolerance: float = TOLERANCE) -> OpenAlert:

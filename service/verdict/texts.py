@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from core.rounding import plain, significant, with_std
-from service.verdict.assessment import DATA, LARGEST, Assessment, Result
+from service.verdict.assessment import CLOCKS, DATA, LARGEST, SENSORS, Assessment, Result
 from service.verdict.checks import NO_UNCERTAINTY, WITHIN_UNCERTAINTY, Check, Level, Outcome
 from service.verdict.limits import (
     DESIGN,
@@ -13,6 +13,7 @@ from service.verdict.limits import (
     LONG_PERIOD,
     MOAT,
     RESIDUAL_OFFSET,
+    REST_POSITION,
     STIFFNESS_CHANGE,
     STRAIN,
     STROKE,
@@ -26,6 +27,7 @@ TITLES: Mapping[str, str] = {
     STROKE: "Displacement as a share of the dampers' stroke",
     TRAVEL: "Cumulative travel of the dampers",
     RESIDUAL_OFFSET: "Residual displacement",
+    REST_POSITION: "Rest position",
     DRIFT: "Storey drift over height",
     FLOOR_ACCELERATION: "Floor acceleration",
     INTENSITY: "JMA instrumental intensity",
@@ -33,6 +35,8 @@ TITLES: Mapping[str, str] = {
     LARGEST: "Displacement against earlier earthquakes",
     STIFFNESS_CHANGE: "Change of stiffness",
     DATA: "Data quality",
+    SENSORS: "Health of the sensors",
+    CLOCKS: "Health of the clocks",
 }
 MEANINGS: Mapping[Level, str] = {
     Level.ACT: "A limit of action is exceeded. Follow the emergency plan and call the engineer.",
