@@ -1,6 +1,6 @@
 """Keys of a building file, each with its type and meaning."""
 
-from datetime import datetime
+from datetime import date, datetime
 from typing import Annotated, Literal
 from zoneinfo import available_timezones
 
@@ -96,6 +96,13 @@ class IsolationTable(Table):
     )
     damper_stroke: Horizontal | None = Field(
         default=None, description="m, rated stroke of the dampers; leave it out where the layer has none"
+    )
+    rubber: Literal["natural", "high_damping", "lead"] | None = Field(
+        default=None,
+        description="natural, high_damping or lead (lead-rubber bearings): the compound, by which it hardens",
+    )
+    installed: date | None = Field(
+        default=None, description="day when the bearings were installed; with `rubber` it gives the expected hardening"
     )
     design: DesignTable = Field(default=DesignTable(), description="design values")
 

@@ -155,12 +155,13 @@ def _by_analysis(session: Session, table: type[Result], analyses: Sequence[int])
 
 
 def _stiffness(session: Session, building: Building, events: Sequence[int]) -> Mapping[int, list[tuple[Any, ...]]]:
-    """By event: (subject, events that the reference lacks, DriftValue | None) of each series of stiffness."""
+    """By event: the lines of `StoredFacts.stiffness`."""
     of_building = (MonitoredSeries.building_id == building.id, MonitoredSeries.quantity == "stiffness")
-    series = session.scalars(select(MonitoredSeries).where(*of_building).order_by(MonitoredSeries.subject)).all()
+    columns = (MonitoredSeries.id, MonitoredSeries.subject, MonitoredSeries.wanted, *history.corrections())
+    series = session.execute(select(*columns).where(*of_building).order_by(MonitoredSeries.subject)).all()
     of_series = DriftValue.series_id.in_([one.id for one in series])
     values = {
         (one.series_id, one.event_id): one
         for one in session.scalars(select(DriftValue).where(of_series, DriftValue.event_id.in_(events)))
     }
-    return {number: [(one.subject, one.wanted, values.get((one.id, number))) for one in series] for number in events}
+    return {number: [(*one[1:], values.get((one.id, number))) for one in series] for number in events}

@@ -11,6 +11,7 @@ from sqlalchemy import ScalarSelect, exists, func, select
 from sqlalchemy.orm import Session, aliased
 
 from service.alerts.tables import Alert, BuildingInspection
+from service.analyses import history
 from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
@@ -42,7 +43,7 @@ class StoredFacts:
     largest_earlier: float | None
     """m, largest displacement in plan in the earthquakes before; None where none was measured."""
     stiffness: Sequence[tuple[Any, ...]]
-    """(subject, events that the reference lacks, DriftValue | None) of each series of stiffness."""
+    """(subject, events that the reference lacks, history.corrections, DriftValue | None) by series."""
     is_being_compared: bool
     """True while the comparison with earlier earthquakes has not finished."""
     alerts: Sequence[tuple[Alert, str]]
@@ -136,8 +137,9 @@ def _with_building(table: type[DirectionResult | LayerResult | ShakingResult], a
 
 def _stiffness(buildings: Question) -> Question:
     value = (DriftValue.series_id == MonitoredSeries.id) & (DriftValue.event_id == _last_event())
-    columns = (MonitoredSeries.building_id, MonitoredSeries.subject, MonitoredSeries.wanted, DriftValue)
-    question = select(*columns).join(Building, Building.id == MonitoredSeries.building_id).outerjoin(DriftValue, value)
+    question = select(MonitoredSeries.building_id, MonitoredSeries.subject, MonitoredSeries.wanted)
+    question = question.add_columns(*history.corrections(), DriftValue)
+    question = question.join(Building, Building.id == MonitoredSeries.building_id).outerjoin(DriftValue, value)
     of_stiffness = (MonitoredSeries.building_id.in_(buildings), MonitoredSeries.quantity == "stiffness")
     return question.where(*of_stiffness).order_by(MonitoredSeries.subject)
 

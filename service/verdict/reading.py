@@ -7,7 +7,7 @@ from datetime import datetime
 from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
-from core.description import BuildingDescription
+from core.description import BuildingDescription, IsolationLayer
 from service.alerts.tables import Alert
 from service.analyses import history, queries as analysis_queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
@@ -266,18 +266,32 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
 
 
 def _stiffness(facts: StoredFacts, is_pending: bool) -> dict[str, Measured | Lacking]:
-    rows = {subject: (wanted, value) for subject, wanted, value in facts.stiffness}
+    layer = facts.file.description.isolation
+    rows = {
+        subject: (wanted, value, _corrections(layer, temperature, hardening))
+        for subject, wanted, temperature, hardening, value in facts.stiffness
+    }
     directions = facts.file.description.horizontal_directions
     if is_pending:
         return dict.fromkeys(directions, PENDING)
     if facts.is_being_compared:
-        rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}
+        rows = {subject: row for subject, row in rows.items() if row[1] is not None}
         return {one: _change(*rows[one]) if one in rows else COMPARING for one in directions}
     return {one: _change(*rows[one]) if one in rows else NOT_COMPARED for one in directions}
 
 
-def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
-    """The event's change of stiffness from the value expected at its amplitude and temperature."""
+def _corrections(layer: IsolationLayer, temperature: float | None, hardening: float | None) -> str:
+    """What the expected stiffness is corrected for besides the amplitude, and why not for age."""
+    weather = "season" if temperature is None else "temperature"
+    if hardening is not None:
+        return f"corrected for {weather} and age"
+    unknown = [name for name, one in (("age", layer.installed), ("compound", layer.rubber)) if one is None]
+    why = f"{' and '.join(unknown)} of the rubber not known" if unknown else "until the next earthquake"
+    return f"corrected for {weather}, not for age: {why}"
+
+
+def _change(wanted: int, value: DriftValue | None, note: str) -> Measured | Lacking:
+    """The event's change of stiffness from the value expected at its amplitude, temperature and age."""
     if value is None:
         return NO_REFERENCE if wanted else NO_CYCLE
     for applies, lacking in (
@@ -287,7 +301,7 @@ def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
     ):
         if applies:
             return lacking
-    return Measured(value=value.value, uncertainty=COVERAGE * value.std)
+    return Measured(value=value.value, uncertainty=COVERAGE * value.std, note=note)
 
 
 def _totals(session: Session, event: Event) -> Totals | None:
