@@ -54,6 +54,12 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/http/templates/layout.html",
     ),
     "jobs": ("service/http/templates/job.html",),
+    "models": (
+        "core/effects/*.py",
+        "service/http/templates/diagnosis.html",
+        "service/http/templates/effect*.html",
+        "service/http/templates/model*.html",
+    ),
     "records": ("service/http/templates/recordings.html",),
     "charts": (
         "service/reports/charts.py",
