@@ -227,15 +227,16 @@ def parts_of_force(*, time: Vector, force: Vector, std: Vector, rigid: Vector, m
     return apart
 
 
-def cycles(rows: Iterable[Any], this: datetime, quantity: str, label: str) -> alt.LayerChart:
+def cycles(rows: Iterable[Any], this: datetime, quantity: str, names: tuple[str, str]) -> alt.LayerChart:
     """k_eq or c_eq of every cycle over its amplitude, those of one earthquake in colour.
 
     Args:
         rows: as of service.analyses.history.
         this: start of that earthquake.
         quantity: `k_eq` or `c_eq`.
-        label: its name and unit, kN/mm or kN s/mm.
+        names: title, and label of the axis with its unit, kN/mm or kN s/mm.
     """
+    title, label = names
     points: Rows = []
     for row in rows:
         value, std = getattr(row, quantity) * KN_PER_MM, getattr(row, f"{quantity}_std") * KN_PER_MM
@@ -266,7 +267,7 @@ def cycles(rows: Iterable[Any], this: datetime, quantity: str, label: str) -> al
         ]
     return alt.LayerChart(
         layer=layers,
-        title=f"{label[0].upper()}{label.partition(' (')[0][1:]}",
+        title=title,
         width=400,
         height=320,
         config=CONFIG,

@@ -92,6 +92,14 @@ def history(
     return alt.vconcat(*panels, title=alt.Title(title, subtitle=legend, offset=12), spacing=14, config=CONFIG)
 
 
+def titled(quantity: str, subject: str) -> str:
+    """A quantity with its subject in words."""
+    direction, _, mode = subject.partition("/")
+    if mode and direction in DIRECTIONS:
+        return f"{quantity}, direction {direction}, mode {mode}"
+    return f"{quantity}, {named(subject)}"
+
+
 def named(subject: str) -> str:
     """A direction or a mode in words; a channel by its id."""
     if subject == BOTH_DIRECTIONS:

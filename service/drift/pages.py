@@ -106,7 +106,7 @@ def baseline(wanted: As, sessions: Reading, building: BuildingCode, quantity: Qu
         known = baseline_answer(building, series, latest[-1].temperature, 80)
         if not known.items:
             raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
-        return charts.expectation(known, latest, f"{QUANTITIES[quantity].title.capitalize()}, {charts.named(subject)}")
+        return charts.expectation(known, latest, charts.titled(QUANTITIES[quantity].title.capitalize(), subject))
 
     return picture(wanted, draw, "baseline", series.id, series.job_id)
 

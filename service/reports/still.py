@@ -8,7 +8,8 @@ from typing import Any
 
 import vl_convert
 
-from service.reports.translated import Spec, translated
+from service.language.choice import spoken
+from service.reports.translated import TIMES, Spec, translated
 
 FONTS: Mapping[str, str] = {"fontpkg_source_sans_3": "files", "matplotlib_fontja": "fonts"}
 """Folder of fonts by package: Latin letters, Japanese ones. The packages are not imported."""
@@ -22,14 +23,16 @@ def svg(spec: Spec, config: Mapping[str, Any] | None = None) -> str:
         config: what applies where the specification says nothing else.
     """
     _know_fonts()
-    drawn: str = vl_convert.vegalite_to_svg(translated(spec), config=None if config is None else dict(config))
+    drawn: str = vl_convert.vegalite_to_svg(
+        translated(spec), config=None if config is None else dict(config), time_format_locale=TIMES.get(spoken())
+    )
     return drawn
 
 
 def png(spec: Spec, scale: float) -> bytes:
     """The same as PNG, with so many pixels for one of the chart's."""
     _know_fonts()
-    drawn: bytes = vl_convert.vegalite_to_png(translated(spec), scale=scale)
+    drawn: bytes = vl_convert.vegalite_to_png(translated(spec), scale=scale, time_format_locale=TIMES.get(spoken()))
     return drawn
 
 

@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from service.language.choice import ENGLISH, spoken
+from service.language.choice import ENGLISH, Language, spoken
 from service.language.translation import LETTERS, said
 
 Spec = dict[str, Any]
@@ -27,6 +27,19 @@ GUIDES: Mapping[str, str] = {
     "facet": "header",
 } | dict.fromkeys(("color", "fill", "stroke", "shape", "size", "opacity", "strokeDash", "strokeWidth"), "legend")
 """What names the classes of a channel."""
+TIMES: Mapping[Language, dict[str, Any]] = {
+    "ja": {
+        "dateTime": "%Y年%-m月%-d日 %X",
+        "date": "%Y/%m/%d",
+        "time": "%H:%M:%S",
+        "periods": ["午前", "午後"],
+        "days": ["日曜日", "月曜日", "火曜日", "水曜日", "木曜日", "金曜日", "土曜日"],
+        "shortDays": ["日", "月", "火", "水", "木", "金", "土"],
+        "months": (months := [f"{month}月" for month in range(1, 13)]),
+        "shortMonths": months,
+    }
+}
+"""Names of months and days as the library d3-time-format has them, by language."""
 WRITTEN = ("text", "tooltip")
 """Channels that show the value of a field."""
 
@@ -37,7 +50,11 @@ def translated(spec: Spec) -> Spec:
     Args:
         spec: a picture's, as Altair's `to_dict` returns it, or a live chart's.
     """
-    return spec if spoken() == ENGLISH else _Translation(spec).of(spec)
+    if spoken() == ENGLISH:
+        return spec
+    made: Spec = _Translation(spec).of(spec)
+    made["usermeta"] = made.get("usermeta", {}) | {"embedOptions": {"timeFormatLocale": TIMES[spoken()]}}
+    return made
 
 
 class _Translation:
@@ -74,7 +91,9 @@ class _Translation:
         for channel in WRITTEN:
             given = encoding.get(channel)
             if given is not None:
-                many = [self._written(one, calculated) for one in (given if isinstance(given, list) else [given])]
+                many = [
+                    self._written(channel, one, calculated) for one in (given if isinstance(given, list) else [given])
+                ]
                 encoding[channel] = many if isinstance(given, list) else many[0]
         if calculated:
             unit["transform"] = [*unit.get("transform", ()), *calculated.values()]
@@ -94,7 +113,7 @@ class _Translation:
             return definition
         return definition | {guide: own | {"labelExpr": _choice("datum.value", names, "datum.label")}}
 
-    def _written(self, definition: Any, calculated: dict[str, Spec]) -> Any:  # noqa: ANN401
+    def _written(self, channel: str, definition: Any, calculated: dict[str, Spec]) -> Any:  # noqa: ANN401
         """A text or a line of a tooltip: a constant, or a field whose classes have names."""
         if not isinstance(definition, dict):
             return definition
@@ -103,7 +122,7 @@ class _Translation:
         field = definition.get("field")
         if field is None:
             return definition
-        titled = {"title": said(field)} | definition
+        titled = {"title": said(field)} | definition if channel == "tooltip" else definition
         names = self._classes(field, definition) if definition.get("type") in CLASSES else {}
         if not names:
             return titled

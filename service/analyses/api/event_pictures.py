@@ -24,6 +24,7 @@ from service.reports.charts import Picture
 
 MOST_CHANNELS = 6
 """Channels of one chart: more would take more than a few hundred kilobytes."""
+CYCLE_TITLES = {"k_eq": "Equivalent stiffness k_eq", "c_eq": "Equivalent damping c_eq"}
 CYCLE_LABELS = {"k_eq": "equivalent stiffness k_eq (kN/mm)", "c_eq": "equivalent damping c_eq (kN s/mm)"}
 
 router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)], route_class=TaggedRoute)
@@ -123,7 +124,7 @@ def cycles(
         rows = history.latest_cycles(session, of.building_id, direction, CYCLES)
 
     def draw() -> Picture:
-        return event_charts.cycles(rows, of.start, quantity, CYCLE_LABELS[quantity])
+        return event_charts.cycles(rows, of.start, quantity, (CYCLE_TITLES[quantity], CYCLE_LABELS[quantity]))
 
     return picture(wanted, draw, "cycles", (event, direction, quantity), [row.id for row in rows])
 

@@ -8,7 +8,9 @@ import pytest
 import vl_convert
 
 from core.isolation_layer.equivalent import EquivalentSegment
-from service.reports import charts as report_charts
+from service.language.choice import speaking
+from service.reports import charts as report_charts, live, still
+from service.reports.translated import translated
 
 RATE = 100.0
 TIME = np.arange(18_000) / RATE
@@ -115,3 +117,19 @@ def test_an_axis_gets_its_own_settings_while_another_thread_makes_one() -> None:
 
     assert mine(type="log").to_dict(context={})["field"] == "mine"
     assert theirs(type="log").to_dict(context={})["field"] == "theirs"
+
+
+def test_a_chart_is_shown_in_the_language_of_its_reader_and_its_data_stay() -> None:
+    chart = PICTURES["force history"]
+    spec = report_charts.specification(lambda: chart)
+    assert translated(spec) is spec
+    with speaking("ja"):
+        shown, drawn = translated(live.live(spec)), still.svg(spec)
+        tables = live.tables(spec)
+    assert "labelExpr" in json.dumps(shown)
+    assert shown["usermeta"]["embedOptions"]["timeFormatLocale"]["months"][0] == "1月"
+    for japanese in ("推定値", "±2 標準偏差", "記録開始からの時間 (s)", "力 (kN)"):
+        assert japanese in drawn
+    assert re.findall(r">([^<]*[a-z]{4,}[^<]*)</text>", drawn) == []
+    assert tables[0][1].columns[0] == "時間 (s)"
+    assert live.as_csv(spec).startswith(b"time (s)")
