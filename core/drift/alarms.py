@@ -9,7 +9,7 @@ likelihood ratio of its pattern, the size integrated out under a normal prior; a
 beginning of a slow one are hard to distinguish.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
@@ -34,6 +34,7 @@ from core.drift.quantities import Quantity
 from core.drift.rules import (
     RECOVERY,
     SLOW,
+    SUDDEN,
     Rule,
     pending_statistics,
     ramps,
@@ -54,6 +55,13 @@ ONSET_LEVEL = 0.95
 ONSET_SIZE = 0.2
 """Prior standard deviation of the size of a change; relative. A choice; docs/operate/drift.md has the coverage of the
 intervals that it leads to."""
+CHANGED: Mapping[str, str] = {
+    SUDDEN: "the {title} has changed by {change}, beginning between the events of {span}",
+    SLOW: "the {title} has changed by {change}, gradually, beginning between the events of {span}",
+    RECOVERY: "the {title} has changed by {change}, as a recovery, beginning between the events of {span}",
+}
+"""One sentence without a full stop, by rule."""
+SPAN = "{after:%Y-%m-%d %H:%M} and {by:%Y-%m-%d %H:%M} UTC"
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,9 +236,7 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
 
 def _message(rule: Rule, change: str, known: Quantity, after: datetime, by: datetime) -> str:
     """One sentence with the change, its interval and the events between which it began."""
-    pace = {SLOW: "gradually, beginning", RECOVERY: "as a recovery, beginning"}.get(rule.name, "beginning")
-    began = f"between the events of {after:%Y-%m-%d %H:%M} and {by:%Y-%m-%d %H:%M} UTC"
-    return f"the {known.title} has changed by {change}, {pace} {began}"
+    return CHANGED[rule.name].format(title=known.title, change=change, span=SPAN.format(after=after, by=by))
 
 
 def _onset_interval(white: Innovations, kinds: Sequence[Rule], scale: float, first: int, last: int) -> tuple[int, int]:

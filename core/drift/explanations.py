@@ -21,6 +21,10 @@ from core.drift.quantities import LAYER_QUANTITIES
 SIGNIFICANCE = 0.05
 """Probability of a chi-square as large as this or larger below which an explanation is ruled out. The
 usual level; no benchmark tests it."""
+MASS = "a mass"
+GAIN = "a gain of the sensors of direction {direction}"
+AGREES = "{what} that is {size} % off agrees with all series"
+IS_RULED_OUT = "{what} that is {size} % off is ruled out by all series"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +103,7 @@ def _explanation(cause: str, pattern: Vector, size: Vector, std: Vector) -> Expl
     fitted = float((weight * pattern) @ size / ((weight * pattern) @ pattern))
     chi_square = float(weight @ (size - fitted * pattern) ** 2)
     probability = float(chi2.sf(chi_square, size.size - 1))
-    verdict = "agrees with" if probability >= SIGNIFICANCE else "is ruled out by"
-    what = "a mass" if cause == "mass" else f"a gain of the sensors of direction {cause.removeprefix('gain/')}"
-    message = f"{what} that is {100 * np.expm1(fitted):+.1f} % off {verdict} all series".replace("-", "−")
+    what = MASS if cause == "mass" else GAIN.format(direction=cause.removeprefix("gain/"))
+    template = AGREES if probability >= SIGNIFICANCE else IS_RULED_OUT
+    message = template.format(what=what, size=f"{100 * np.expm1(fitted):+.1f}".replace("-", "−"))
     return Explanation(cause, float(np.expm1(fitted)), probability, message)

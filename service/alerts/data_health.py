@@ -142,7 +142,7 @@ def wrong_clocks(source: Source, thresholds: Thresholds) -> Iterator[AlertCandid
         yield _candidate("clock/recorder", source.came_at, source.came_at, wording, evidence)
     offset = source.server_ahead
     if offset is not None and abs(offset) > thresholds.clock and source.attempted_at is not None:
-        ahead = "ahead" if offset > timedelta(0) else "behind"
+        ahead = texts.AHEAD if offset > timedelta(0) else texts.BEHIND
         wording, evidence = (
             texts.SERVER_CLOCK.filled(tolerance=tolerance, ahead=ahead),
             {"ahead": offset.total_seconds()},

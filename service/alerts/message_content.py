@@ -138,7 +138,7 @@ def reminder_content(
             texts.REMINDER_AGAIN.format(interval=texts.duration(interval)),
         ),
         facts=tuple(
-            (texts.FACT_ALERT.format(id=one.id), f"{texts.cause(one.cause)}: {texts.STATE_NAMES[one.state]}")
+            (texts.FACT_ALERT.format(id=one.id), f"{texts.cause(one.cause)}: {verdict_texts.STATE_NAMES[one.state]}")
             for one in every
         ),
         link=_alert_link(code, every),
@@ -166,18 +166,19 @@ def _severity(facts: EventFacts) -> Severity:
 
 def _outcome(facts: EventFacts, ended: Sequence[AlertFacts]) -> str:
     """The subject after the time of the earthquake."""
-    moved = "" if facts.largest is None else texts.MOVED.format(length=texts.length(facts.largest))
+    length = None if facts.largest is None else texts.length(facts.largest)
     if facts.refusal is not None:
         return texts.UNUSABLE
     if reported := [one for one in facts.alerts if one.is_reported]:
         return reported[0].summary + texts.and_more(len(reported))
     if waiting := [one for one in facts.alerts if one.is_on_hold or one.is_silenced]:
-        return moved + texts.ON_HOLD_OR_MUTED.format(count=len(waiting), s="s" * (len(waiting) > 1))
+        template = texts.ON_HOLD_OR_MUTED if length is None else texts.MOVED_ON_HOLD_OR_MUTED
+        return template.format(length=length, count=len(waiting), s="s" * (len(waiting) > 1))
     headline = verdict_texts.headline(facts.assessment)
     if ended:
         has_moved = any(not one.has_ended for one in ended)
         return f"{texts.REPORTED_ELSEWHERE if has_moved else texts.ALERTS_ENDED}; {headline}"
-    return moved + headline
+    return headline if length is None else texts.MOVED.format(length=length, outcome=headline)
 
 
 def _motion(facts: EventFacts) -> Iterator[str]:
@@ -250,7 +251,7 @@ def _check_outcome(check: Check) -> str:
     That value moves a little with every later earthquake, which alone is no news.
     """
     value, limit = verdict_texts.value(check), verdict_texts.limit(check)
-    outcome = f"{check.outcome.value}: limit {limit}" if limit else check.outcome.value
+    outcome = texts.OUTCOME_OF_LIMIT.format(outcome=check.outcome.value, limit=limit) if limit else check.outcome.value
     return f"{value}, {outcome}" if value and check.name != STIFFNESS_CHANGE else outcome
 
 

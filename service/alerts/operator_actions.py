@@ -19,6 +19,7 @@ from service.buildings import reference_periods
 from service.buildings.tables import Building
 from service.errors import ConflictError
 from service.jobs import queue as job_queue
+from service.verdict.texts import STATE_NAMES
 
 
 def person_name(by: Caller, name: str | None) -> str:
@@ -36,7 +37,7 @@ def acknowledge(session: Session, alert: Alert, by: str, note: str, now: datetim
     if alert.state == ACKNOWLEDGED:
         return
     if alert.state != ACTIVE:
-        state, meaning = texts.STATE_NAMES[alert.state], texts.STATE_MEANINGS[alert.state]
+        state, meaning = STATE_NAMES[alert.state], texts.STATE_MEANINGS[alert.state]
         raise ConflictError(texts.NOT_ACTIVE.format(id=alert.id, state=state, meaning=meaning))
     record_acknowledgement(alert, OperatorAction(alert.cause, now, by, note, ends=False, evidence=alert.evidence))
     record_change(alert, ACKNOWLEDGED, by, note, now)
@@ -152,7 +153,7 @@ def reference_consequences(session: Session, alert: Alert, zone: ZoneInfo) -> Ma
     if quantity is None:
         return {}
     sensor = texts.sensor_of(alert.cause)
-    title = texts.TITLES[quantity] if sensor is None else f"{texts.TITLES[quantity]} {sensor}"
+    title = texts.TITLES[quantity].format(sensor=sensor)
     shared = texts.ALL_DIRECTIONS_SHARE if sensor is None else texts.OTHER_SENSORS_KEEP
     since = alert.changed_by or alert.began_at
     count = history.analysed_since(session, alert.building_id, since)

@@ -34,6 +34,7 @@ from service.http.parameters import Code, Reading, Writing
 from service.http.rendering import page
 from service.records import queries as record_queries
 from service.verdict import reading
+from service.verdict.texts import STATE_NAMES
 
 router = APIRouter(include_in_schema=False)
 
@@ -197,7 +198,7 @@ def _words(session: Session, building: Building) -> dict[str, Any]:
         "when": lambda moment: texts.local_time(moment.astimezone(zone)),
         "about": texts.cause,
         "meanings": texts.STATE_MEANINGS,
-        "names": texts.STATE_NAMES,
+        "names": STATE_NAMES,
     }
 
 

@@ -23,18 +23,18 @@ TITLES: Mapping[str, str] = {
     "damping": "damping of the isolators",
     "frequency": "natural frequency of the building",
     "residual_displacement": "rest position of the isolators",
-    "gain": "sensitivity of sensor",
-    "noise": "noise of sensor",
+    "gain": "sensitivity of sensor {sensor}",
+    "noise": "noise of sensor {sensor}",
     "model_error": "model of the isolators",
     "source": "monitoring server",
     "record": "records",
     "rejected": "files that could not be used",
-    "channel": "sensor",
+    "channel": "sensor {sensor}",
     "clock": "clock",
     "worker": "waiting analyses",
     "disk": "disk space",
 }
-"""By the first part of a cause."""
+"""By the first part of a cause; {sensor} is the channel of that sensor."""
 RECOVERED = "recovery"
 """First part of a cause that is about the return of the one that follows."""
 STATE_MEANINGS: Mapping[str, str] = {
@@ -44,9 +44,6 @@ STATE_MEANINGS: Mapping[str, str] = {
     "acknowledged": "a person is looking after it",
     "resolved": "settled by an inspection, or no longer the case",
     "withdrawn": "it was never the case, as better data or a review showed",
-}
-STATE_NAMES: Mapping[str, str] = {state: state.replace("_", " ") for state in STATE_MEANINGS} | {
-    "pending": "under review"
 }
 
 
@@ -76,9 +73,7 @@ def cause(text: str) -> str:
         return text
     if not rest:
         return title
-    if title.endswith("sensor"):
-        return f"{title} {rest}"
-    return f"{title}, {subject(rest)}"
+    return title.format(sensor=rest) if "{" in title else f"{title}, {subject(rest)}"
 
 
 def subject(text: str) -> str:
@@ -114,10 +109,17 @@ def length(metres: float) -> str:
 def duration(span: timedelta) -> str:
     """In the largest unit that gives at least two: `3 days`, `90 minutes`, `40 seconds`."""
     seconds = span.total_seconds()
-    for unit, size in (("days", 86400), ("hours", 3600), ("minutes", 60)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.0f} {unit}"
-    return f"{seconds:.0f} seconds"
+    text, size = next(one for one in DURATIONS if seconds >= 2 * one[1] or one[1] == 1)
+    return text.format(count=seconds / size)
+
+
+DURATIONS = (
+    ("{count:.0f} days", 86400),
+    ("{count:.0f} hours", 3600),
+    ("{count:.0f} minutes", 60),
+    ("{count:.0f} seconds", 1),
+)
+"""With the size of the unit in s, the largest first."""
 
 
 def listed(names: Sequence[str]) -> str:
@@ -166,8 +168,9 @@ OTHER_SENSORS_KEEP = "Other sensors keep their reference periods."
 
 EVENT_SUBJECT = "Earthquake of {when}: {outcome}"
 UNUSABLE = "its records cannot be used"
-MOVED = "isolators moved {length}, "
+MOVED = "isolators moved {length}, {outcome}"
 ON_HOLD_OR_MUTED = "{count} alert{s} on hold or muted"
+MOVED_ON_HOLD_OR_MUTED = "isolators moved {length}, {count} alert{s} on hold or muted"
 REPORTED_ELSEWHERE = "its alert is now reported with another earthquake"
 ALERTS_ENDED = "its alerts have ended"
 
@@ -194,6 +197,7 @@ FACT_RESULTANT = "Largest isolator displacement in plan"
 FACT_RESIDUAL = "Residual displacement, direction {direction}"
 FACT_FORCE = "Largest restoring force, direction {direction}"
 FACT_CHECK = "Check: {title}"
+OUTCOME_OF_LIMIT = "{outcome}: limit {limit}"
 FACT_ALERT = "Alert {id}"
 FACT_SINCE = "Since"
 FACT_ABOUT = "About"
@@ -252,6 +256,7 @@ FILES_REJECTED = Wording(
 )
 ONE_FILE = "A file could not be used"
 SEVERAL_FILES = "{least} files or more could not be used"
+AHEAD, BEHIND = "ahead", "behind"
 RECORDER_CLOCK = Wording(
     "The recorder's clock is ahead by more than {tolerance}",
     ("Its records end after they arrived, so the times of earthquakes are wrong: set its clock.",),

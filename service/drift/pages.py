@@ -15,7 +15,7 @@ from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, store as building_store
 from service.buildings.reference_periods import in_force
 from service.db.select import Span
-from service.drift import charts, queries
+from service.drift import charts, queries, texts
 from service.drift.api import TEXT
 from service.drift.baseline import baseline_answer
 from service.drift.charts import CURVES
@@ -56,6 +56,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             unjudged=_unjudged(series, periods),
             is_pending=job_queue.is_monitoring_pending(session, building.id),
             curves=CURVES,
+            quantity_names=texts.NAMES,
             named=charts.named,
             change=lambda row: printed_change(QUANTITIES[row.quantity], row.drift, row.low, row.high),
             both=BOTH_DIRECTIONS,

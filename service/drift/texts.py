@@ -74,6 +74,16 @@ CHANGES: Mapping[str, ChangeText] = {
     ),
 }
 """By quantity."""
+NAMES: Mapping[str, str] = {
+    "stiffness": "stiffness",
+    "damping": "damping",
+    "frequency": "frequency",
+    "gain": "gain",
+    "noise": "noise",
+    "residual_displacement": "residual displacement",
+    "model_error": "model error",
+}
+"""Short names, by quantity."""
 RETURNS = "It returns after an earlier loss, as after a repair or when the rubber has had time to recover."
 OTHER_CAUSES = "Other possible explanations: {causes}."
 FOR_THE_ENGINEER = "For the engineer: {message}."

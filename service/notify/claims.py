@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session, aliased, joinedload
 from service.buildings.recipient_rules import shown_address
 from service.db.process_leases import is_wrong
 from service.errors import ConflictError
+from service.language.choice import ENGLISH, Language, known
 from service.notify import texts
 from service.notify.channels import DeliveryResult
 from service.notify.tables import Delivery, DeliveryAttempt, Message
@@ -54,6 +55,8 @@ class Claim:
     """True if an earlier attempt may have arrived."""
     receiver: str
     """Code of the building and name of the recipient."""
+    language: Language
+    """In which the recipient gets messages."""
 
 
 def claim(session: Session, now: datetime, lease: timedelta, policy: RetryPolicy) -> Claim | None:
@@ -152,7 +155,8 @@ def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta
     )
     session.flush()
     receiver = f"{delivery.receiver.building.code}/{delivery.receiver.name}"
-    return Claim(delivery.id, delivery.claims, delivery.tries, is_repeat, receiver)
+    language = known(delivery.receiver.language) or ENGLISH
+    return Claim(delivery.id, delivery.claims, delivery.tries, is_repeat, receiver, language)
 
 
 def _change(session: Session, claimed: Claim, **values: object) -> bool:

@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.db.problems import Attempts
 from service.db.sessions import reading
+from service.language.choice import speaking
 from service.notify import claims, texts
 from service.notify.channels import DeliveryResult, alertmanager, chat, mail, webhook
 from service.notify.claims import Claim, RetryPolicy
@@ -107,7 +108,8 @@ class Notifier:
     def _deliver(self, claim: Claim) -> None:
         """One attempt; if its result cannot be stored, the lease lapses and the delivery is attempted again."""
         started = monotonic()
-        result = self._sent(claim)
+        with speaking(claim.language):
+            result = self._sent(claim)
         seconds = monotonic() - started
         try:
             with self.sessions.begin() as session:

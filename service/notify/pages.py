@@ -15,7 +15,7 @@ from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, Receiver
 from service.http.forms import NOT_REFUSED, Posted, Refused, answered, posted
 from service.http.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 from service.http.rendering import page
-from service.notify import claims, drill, queries
+from service.notify import claims, drill, queries, texts
 from service.notify.schema import (
     DeliveryRow,
     ReceiverForm,
@@ -60,6 +60,8 @@ def _listed(
             building=building,
             zone=building_store.zone(session, building),
             receivers=[visible_to(by, receiver_out(row)) for row in recipients.of_building(session, building.id)],
+            states=texts.STATES,
+            kind_names=texts.KINDS,
             messages=[
                 (message_row(row), _deliveries(session, row, by))
                 for row in queries.messages(session, building.id, None, LATEST)
@@ -83,6 +85,10 @@ def of_message(request: Request, message_id: MessageId, sessions: Reading, by: R
             building=row.building,
             zone=building_store.zone(session, row.building),
             message=message_out(session, row),
+            states=texts.STATES,
+            outcomes=texts.OUTCOMES,
+            orders=texts.ORDERS,
+            severity_names=texts.SEVERITY_NAMES,
             deliveries=[visible_to(by, delivery_out(queries.delivery(session, one.id))) for one in row.deliveries],
             may_work=by.on(row.building.code).role >= Role.engineer,
         )

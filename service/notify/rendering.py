@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Any
+from unicodedata import east_asian_width
 from zoneinfo import ZoneInfo
 
 import numpy as np
@@ -18,6 +19,7 @@ from service.buildings import store as building_store
 from service.buildings.recipient_rules import VARIABLE
 from service.db.blobs import decode_history
 from service.errors import NotFoundError
+from service.language.translation import said
 from service.notify import texts
 from service.notify.tables import Message, Receiver
 
@@ -44,7 +46,7 @@ class Attachment:
 
 @dataclass(frozen=True, slots=True)
 class RenderedMessage:
-    """A message for one recipient, in one attempt."""
+    """A message for one recipient, in one attempt, and in the language that is spoken while it is made and read."""
 
     identity: str
     first_identity: str
@@ -95,26 +97,27 @@ class RenderedMessage:
     @property
     def mark(self) -> str:
         """`DRILL – NOT REAL: ` before the subject of a drill; empty if it is real."""
-        return "" if self.is_real else f"{texts.MARKS[self.kind]}: "
+        return "" if self.is_real else f"{said(texts.MARKS[self.kind])}: "
 
     @property
     def heading(self) -> str:
         """The subject line, marks first."""
-        resent = texts.RESENT if self.is_repeat else ""
+        resent = f"({said(texts.RESENT)}) " if self.is_repeat else ""
         return f"{resent}{self.mark}{self.order}[{self.building_name}] {' '.join(self.subject.split())}"
 
     @property
     def order(self) -> str:
         """Its relation to earlier messages, before the subject."""
-        if self.active_since is None:
-            return texts.SEQUENCES[self.sequence]
-        return texts.OPEN_SINCE.format(since=self.active_since.astimezone(ZoneInfo(self.timezone)))
+        order = texts.SEQUENCES[self.sequence]
+        if self.active_since is not None:
+            order = texts.OPEN_SINCE.format(since=self.active_since.astimezone(ZoneInfo(self.timezone)))
+        return f"{said(order)}: " if order else ""
 
     @property
     def paragraphs(self) -> tuple[str, ...]:
         """All paragraphs, notes first."""
-        before = (texts.NOT_REAL.get(self.kind, ""), self.note)
-        after = (texts.MAY_BE_SECOND,) if self.is_repeat else ()
+        before = (said(texts.NOT_REAL.get(self.kind, "")), self.note)
+        after = (said(texts.MAY_BE_SECOND),) if self.is_repeat else ()
         return (*filter(None, before), *self.sentences, *after)
 
     @property
@@ -126,11 +129,16 @@ class RenderedMessage:
     @property
     def text(self) -> str:
         """All of it as plain text."""
-        widest = max((len(name) for name, _ in self.facts), default=0)
-        facts = "\n".join(f"{name:<{widest}}  {value}" for name, value in self.facts)
-        more = texts.LINK.format(link=self.link) if self.link else ""
-        footer = texts.FOOTER.format(written=self.written, identity=self.identity)
+        widest = max((_width(name) for name, _ in self.facts), default=0)
+        facts = "\n".join(f"{name}{' ' * (widest - _width(name))}  {value}" for name, value in self.facts)
+        more = said(texts.LINK.format(link=self.link)) if self.link else ""
+        footer = said(texts.FOOTER.format(written=self.written, identity=self.identity))
         return "\n\n".join(part for part in (*self.paragraphs, facts, more, footer) if part) + "\n"
+
+
+def _width(text: str) -> int:
+    """Columns of a text in a font of one width, where East Asian characters take two."""
+    return sum(2 if east_asian_width(character) in "FW" else 1 for character in text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +154,7 @@ class Destination:
 def rendered(
     session: Session, message: Message, queued_at: datetime, kind: str, public_url: str | None, *, is_repeat: bool
 ) -> RenderedMessage:
-    """A stored message for a recipient.
+    """A stored message for a recipient, in the language that is spoken.
 
     Args:
         session: to read with.
@@ -171,9 +179,9 @@ def rendered(
         sequence=message.sequence,
         severity=message.severity,
         gravest=next((one.severity for one in reversed(thread) if not one.is_over), message.severity),
-        subject=message.subject,
-        sentences=tuple(message.sentences),
-        facts=tuple((fact["name"], fact["value"]) for fact in message.facts),
+        subject=said(message.subject),
+        sentences=tuple(said(sentence) for sentence in message.sentences),
+        facts=tuple((said(fact["name"]), said(fact["value"])) for fact in message.facts),
         link=f"{public_url.rstrip('/')}{message.link}" if public_url and message.link else "",
         data=message.data,
         began_at=thread[0].created_at,
@@ -182,7 +190,7 @@ def rendered(
         picture=_picture(session, message) if kind in WITH_PICTURE else None,
         has_ended=message.is_over,
         active_since=since,
-        note=note,
+        note=said(note),
     )
 
 
@@ -206,7 +214,7 @@ def with_report(session: Session, message: Message, shown: RenderedMessage, now:
         content = rendering.pdf(report, pictures.pictures(session, report), now)
     except Exception:  # the message is more important than its attachment
         log.exception("the report on event %d could not be made", event_id)
-        return replace(shown, note=" ".join(filter(None, (shown.note, texts.NO_REPORT))))
+        return replace(shown, note=" ".join(filter(None, (shown.note, said(texts.NO_REPORT)))))
     return replace(shown, report=Attachment(rendering.file_name(report, "pdf"), content))
 
 
@@ -245,13 +253,13 @@ def _new_recipient_note(
     numbers = [one["id"] for one in message.data.get("alerts", ())] or [message.data["alert"]]
     alerts = session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
     since, written = _local(queued_at, zone), _local(message.created_at, zone)
-    opening = texts.NEW_RECIPIENT.format(since=since, zone=zone, written=written)
+    values = {"since": since, "zone": zone, "written": written}
     open_alerts = [one for one in alerts if one.closed_at is None]
     if not open_alerts:
-        return None, opening + texts.HAS_ENDED
+        return None, texts.HAS_ENDED.format(**values)
     states = " ".join(texts.ALERT_STATE.format(id=one.id, state=_state(one, zone)) for one in open_alerts)
     first = min(one.activated_at or one.opened_at for one in open_alerts)
-    return first, opening + texts.STILL_OPEN.format(states=states)
+    return first, texts.STILL_OPEN.format(**values, states=states)
 
 
 def _state(alert: Alert, zone: ZoneInfo) -> str:
@@ -285,7 +293,7 @@ def _picture(session: Session, message: Message) -> bytes | None:
         time=np.arange(force.size) / rate,
         displacement=displacement,
         force=force,
-        title=texts.PICTURE_TITLE.format(direction=message.picture_direction),
-        subtitle="" if mark is None else texts.PICTURE_MARK.format(mark=mark),
+        title=said(texts.PICTURE_TITLE.format(direction=message.picture_direction)),
+        subtitle="" if mark is None else said(texts.PICTURE_MARK.format(mark=mark)),
     )
     return still.png(picture.to_dict(), SCALE)

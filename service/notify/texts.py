@@ -11,10 +11,15 @@ NOT_REAL = {
     "drill": "This is a drill. Nothing has happened at the building, and no action is needed.",
     "test": "This is a test of message delivery. Nothing has happened at the building.",
 }
-SEQUENCES = {"new": "", "updated": "UPDATED: ", "cancelled": "CANCELLED: ", "repeat": "REMINDER: "}
-OPEN_SINCE = "OPEN SINCE {since:%Y-%m-%d}: "
-SEVERITIES = {"normal": "normal", "note": "note", "warning": "warning", "alarm": "ALARM"}
-RESENT = "(repeat) "
+SEQUENCES = {"new": "", "updated": "UPDATED", "cancelled": "CANCELLED", "repeat": "REMINDER"}
+OPEN_SINCE = "OPEN SINCE {since:%Y-%m-%d}"
+SEVERITY_NAMES = {"normal": "normal", "note": "note", "warning": "warning", "alarm": "alarm"}
+"""As people read them."""
+SEVERITIES = SEVERITY_NAMES | {"alarm": "ALARM"}
+"""At the top of a mail."""
+NOT_REAL_SEVERITIES = {"drill": "a drill", "test": "a test"}
+"""In place of the severity, by kind of message."""
+RESENT = "repeat"
 MAY_BE_SECOND = (
     "You may receive this for the second time: it was sent before, and it is not known whether it arrived. Both have "
     "the message number below."
@@ -23,9 +28,13 @@ LINK = "More: {link}"
 FOOTER = "{written}, message {identity}"
 SENDER = "Menshin"
 
-NEW_RECIPIENT = "You became a recipient on {since} ({zone}). This was written before that, on {written}, and "
-HAS_ENDED = "has ended since."
-STILL_OPEN = "is still open. {states}"
+HAS_ENDED = (
+    "You became a recipient on {since} ({zone}). This was written before that, on {written}, and has ended since."
+)
+STILL_OPEN = (
+    "You became a recipient on {since} ({zone}). This was written before that, on {written}, and is still open. "
+    "{states}"
+)
 ALERT_STATE = "Alert {id} is {state}."
 ACKNOWLEDGED = "acknowledged by {by} since {at}"
 
@@ -50,6 +59,21 @@ NO_RECIPIENTS = "no recipients"
 NO_SUBSCRIBER = "no recipient is subscribed to messages of this kind and severity"
 HIDDEN = "(engineers see it)"
 """In place of values that only engineers see."""
+
+STATES = {
+    "waiting": "waiting",
+    "sending": "sending",
+    "delivered": "delivered",
+    "failed": "failed",
+    "dropped": "dropped",
+}
+"""States of deliveries as people read them."""
+OUTCOMES = {"delivered": "delivered", "not_taken": "not taken", "unknown": "unknown", None: "under way"}
+"""Outcomes of attempts as people read them; None while one lasts."""
+KINDS = {"event": "event", "alert": "alert", "data": "data", "drill": "drill", "test": "test"}
+"""Kinds of messages as people read them."""
+ORDERS = {"new": "new", "updated": "updated", "cancelled": "cancelled", "repeat": "repeat"}
+"""Their relation to earlier messages, after a message's number."""
 
 PROCESS_DIED = "The process that sent it ended before the answer came."
 NOT_RENDERED = "the message could not be rendered; see the log"

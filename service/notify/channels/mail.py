@@ -81,7 +81,7 @@ def page(message: RenderedMessage, picture: str | None) -> str:
         message=message,
         picture=picture,
         mark=texts.MARKS.get(message.kind),
-        severity=texts.SEVERITIES[message.severity] if message.is_real else f"a {message.kind}",
+        severity=texts.SEVERITIES[message.severity] if message.is_real else texts.NOT_REAL_SEVERITIES[message.kind],
         colour=COLOURS[message.severity] if message.is_real else NOT_REAL_COLOUR,
     )
 
