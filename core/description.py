@@ -1,6 +1,7 @@
 """Description of a building: levels, isolation layer and sensors."""
 
 from dataclasses import dataclass
+from datetime import date
 from typing import Literal
 
 import numpy as np
@@ -56,6 +57,10 @@ class IsolationLayer:
     """m, smallest gap between the building and the surrounding wall; None if not given."""
     damper_stroke: float | None = None
     """m, rated stroke of the dampers; None without dampers."""
+    rubber: Literal["natural", "high_damping", "lead"] | None = None
+    """Compound of the bearings; None if not given."""
+    installed: date | None = None
+    """Day when the bearings were installed; None if not given."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -194,12 +194,13 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
     from service.jobs.kept import kept_by_user
     from service.jobs.worker import Worker
     from service.kinds import KINDS
+    from service.models.warming import warm
 
     started = executors(settings)
     with process_folder() as notes:
         try:
             kept = kept_by_user(settings.jobs.kept_room)
-            Worker(opened, started, settings, KINDS, notes=notes, kept=kept).run(stop)
+            Worker(opened, started, settings, KINDS, notes=notes, kept=kept, warming=warm).run(stop)
         finally:
             end(started, settings)
 

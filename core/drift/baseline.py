@@ -15,6 +15,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from core.arrays import Matrix, Vector
+from core.drift.ageing import Ageing
 from core.drift.quantities import Quantity
 from core.drift.scatter import CURVATURES, Scatter, estimated_scatter, normal_equations, weighted_sums
 from core.drift.series import SeriesArrays
@@ -62,6 +63,10 @@ class BaselineModel:
     """°C, mean of the reference; None where it was not measured or has no influence."""
     swing: float
     """K, standard deviation of the temperature where it is not known."""
+    epoch: float = 0.0
+    """s since 1970-01-01 UTC, mean time of the reference."""
+    ageing: Ageing | None = None
+    """Hardening of the rubber; None where it is not known, or has no influence."""
 
     @property
     def knots(self) -> Vector:
@@ -85,11 +90,12 @@ class BaselineModel:
         return np.hstack(parts)
 
     def offset(self, arrays: SeriesArrays) -> Vector:
-        """(n,) expected values with all coefficients zero: the level, and the typical effect of the temperature."""
+        """(n,) expected values with all coefficients zero: level, ageing, and the typical effect of the temperature."""
+        level = self.level + (0.0 if self.ageing is None else self.ageing.change(arrays.time, self.epoch))
         if self.temperature is None:
-            return np.full(arrays.value.size, self.level)
+            return np.full(arrays.value.size, level)
         typical, _ = self.quantity.temperature_coefficient
-        return self.level + typical * np.nan_to_num(arrays.temperature - self.temperature)
+        return level + typical * np.nan_to_num(arrays.temperature - self.temperature)
 
     def unmeasured_temperature(self, arrays: SeriesArrays) -> Vector:
         """(n,) K², variance of the temperatures that were not measured; 0 where they were."""
@@ -147,7 +153,7 @@ class Baseline:
         return float(np.exp(self.model.low)), float(np.exp(self.model.high))
 
     def expected(self, amplitude: Vector, temperature: float | None = None) -> tuple[Vector, Vector]:
-        """Expected values, and the standard deviations of healthy events' values about them.
+        """Expected values at the age of the reference, and the standard deviations of healthy events about them.
 
         The standard deviations hold the errors of the curve and the scatter between events, but no error of
         measurement.
@@ -165,7 +171,7 @@ class Baseline:
         zeros = np.zeros(count)
         places = SeriesArrays(
             event=np.arange(count),
-            time=zeros,
+            time=np.full(count, self.model.epoch),
             value=zeros,
             variance=zeros,
             amplitude=np.log(amplitude) if self.model.quantity.follows_amplitude else zeros,
@@ -178,7 +184,7 @@ class Baseline:
         return self.model.offset(places) + columns @ self.coefficients, np.sqrt(variance)
 
 
-def baseline_model(known: Quantity, reference: SeriesArrays) -> BaselineModel:
+def baseline_model(known: Quantity, reference: SeriesArrays, ageing: Ageing | None = None) -> BaselineModel:
     """The model that suits a reference of at least one measurement."""
     measured = reference.temperature[~np.isnan(reference.temperature)]
     is_measured = known.follows_temperature and measured.size >= MEASURED_SHARE * reference.value.size
@@ -190,18 +196,23 @@ def baseline_model(known: Quantity, reference: SeriesArrays) -> BaselineModel:
         high=float(reference.amplitude.max()),
         temperature=float(measured.mean()) if is_measured else None,
         swing=max(SEASONAL_STD, float(measured.std())) if is_measured else SEASONAL_STD,
+        epoch=float(reference.time.mean()),
+        ageing=ageing if known.hardens else None,
     )
 
 
-def fit_baseline(known: Quantity, reference: SeriesArrays, events: tuple[int, ...]) -> Baseline:
+def fit_baseline(
+    known: Quantity, reference: SeriesArrays, events: tuple[int, ...], ageing: Ageing | None = None
+) -> Baseline:
     """Fit the baseline to a reference.
 
     Args:
         known: the quantity.
         reference: measurements of the reference; their `event` is the index into `events`.
         events: identifiers of the reference's events, each with one measurement at least.
+        ageing: hardening of the rubber, if it is known; of use where the quantity `hardens`.
     """
-    model = baseline_model(known, reference)
+    model = baseline_model(known, reference, ageing)
     columns = model.columns(reference)
     value = reference.value - model.offset(reference)
     precisions = np.array([model.precision(curvature) for curvature in CURVATURES])

@@ -106,17 +106,17 @@ def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Dev
     ]
 
 
-def deviation_covariance(measured: Sequence[Deviation], softening: Matrix, baseline: Baseline) -> Matrix:
+def deviation_covariance(measured: Sequence[Deviation], common: Matrix, baseline: Baseline) -> Matrix:
     """(n, n) covariance of the deviations of healthy events.
 
     Args:
         measured: n deviations.
-        softening: (n, earthquakes) as `softening_std` gives.
+        common: (n, errors) of errors that events share, as `softening_std` and `ageing_std` give.
         baseline: baseline of the deviations.
     """
     rows = np.array([one.row for one in measured])
     own = np.array([one.variance for one in measured]) + baseline.scatter.events**2
-    return np.asarray(rows @ baseline.covariance @ rows.T + softening @ softening.T + np.diag(own))
+    return np.asarray(rows @ baseline.covariance @ rows.T + common @ common.T + np.diag(own))
 
 
 def softening_std(arrays: SeriesArrays, events: Sequence[SeriesEvent], baseline: Baseline) -> Matrix:
@@ -128,6 +128,14 @@ def softening_std(arrays: SeriesArrays, events: Sequence[SeriesEvent], baseline:
     since = half_lives[:, None] - half_lives[None, excess > 0]
     after = np.where(since > 0, 0.5 ** np.maximum(since, 0.0), np.where(since == 0, SOFTENING_WITHIN, 0.0))
     return np.asarray(baseline.model.quantity.softening * after * excess[excess > 0])
+
+
+def ageing_std(events: Sequence[SeriesEvent], baseline: Baseline) -> Matrix:
+    """(n, 1) error of the expected hardening at each event, by one standard deviation of its rate; (n, 0) without."""
+    model = baseline.model
+    if model.ageing is None:
+        return np.zeros((len(events), 0))
+    return model.ageing.change_std(np.array([one.time.timestamp() for one in events]), model.epoch)[:, None]
 
 
 def amplitude_excess(arrays: SeriesArrays, count: int, baseline: Baseline) -> Vector:

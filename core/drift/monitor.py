@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from core.arrays import Matrix, Vector
+from core.drift.ageing import Ageing
 from core.drift.alarms import Alarm, alarms
 from core.drift.baseline import FEWEST_EVENTS, Baseline, fit_baseline
 from core.drift.causes import causes_of_events, with_causes
@@ -17,6 +18,7 @@ from core.drift.deviations import (
     Deviation,
     EventNotes,
     EventValue,
+    ageing_std,
     deviation_covariance,
     deviations,
     relative_change,
@@ -91,6 +93,7 @@ def monitor(
     series: Series,
     reference: Reference = FIRST_EVENTS,
     notes: Mapping[int, EventNotes] = MappingProxyType({}),
+    ageing: Ageing | None = None,
 ) -> Monitoring:
     """Monitor a series for drift. The order in which its measurements arrived does not matter.
 
@@ -98,6 +101,7 @@ def monitor(
         series: all measurements of one quantity, as `core.drift_series` gives.
         reference: period in which the building counts as healthy.
         notes: notes by event, where there are any.
+        ageing: hardening of the rubber, which is no change of stiffness; None where it is not known.
 
     Raises:
         ModelError: the quantity is not monitored.
@@ -108,9 +112,10 @@ def monitor(
     healthy = _healthy(events, noted, reference)
     if len(healthy) < FEWEST_EVENTS:
         return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
-    baseline = _baseline(known, arrays, events, healthy, _sizes(len(healthy), reference))
+    baseline = _baseline(known, arrays, events, healthy, _sizes(len(healthy), reference), ageing)
     measured = deviations(arrays, len(events), baseline)
-    covariance = deviation_covariance(measured, softening_std(arrays, events, baseline), baseline)
+    common = np.hstack([softening_std(arrays, events, baseline), ageing_std(events, baseline)])
+    covariance = deviation_covariance(measured, common, baseline)
     causes = causes_of_events(arrays, events, measured, baseline, noted)
     values = _values(measured, np.sqrt(np.diag(covariance)), events, baseline, noted, causes)
     chosen = _comparable(values) if reference.end is not None or not baseline.events_needed else []
@@ -159,13 +164,14 @@ def _baseline(
     events: Sequence[SeriesEvent],
     healthy: Sequence[int],
     sizes: Sequence[int],
+    ageing: Ageing | None,
 ) -> Baseline:
     """Baseline of the first size that determines the curve, or of the last."""
     for size in sizes:
         chosen = np.array(healthy[:size])
         rows = arrays.subset(np.isin(arrays.event, chosen))
         own = replace(rows, event=np.searchsorted(chosen, rows.event))
-        baseline = fit_baseline(known, own, tuple(events[n].event for n in chosen))
+        baseline = fit_baseline(known, own, tuple(events[n].event for n in chosen), ageing)
         if not baseline.events_needed:
             break
     return baseline

@@ -39,6 +39,8 @@ class Quantity:
     softening: float = 0.0
     """Standard deviation of the loss that recovers after an earthquake larger than all before, per unit of the natural
     logarithm of the ratio of amplitudes; relative."""
+    hardens: bool = False
+    """True if a healthy value grows with the age of the rubber."""
     temperature_coefficient: tuple[float, float] = (0.0, 0.0)
     """Mean and standard deviation, among buildings, of the change per kelvin; relative."""
 
@@ -54,6 +56,7 @@ _every = (
         scatter=0.01,
         within_event_scatter=0.01,
         softening=0.015,
+        hardens=True,
         temperature_coefficient=(-0.004, 0.004),
     ),
     Quantity(

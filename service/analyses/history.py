@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
-from sqlalchemy import func, or_, select, tuple_
+from sqlalchemy import ColumnElement, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert, AlertChange, Inspection
@@ -139,6 +139,7 @@ def moved_far(
     displacement: float,
     residual: float,
     shaking: Mapping[str, float],
+    others: Collection[int] = (),
 ) -> Sequence[Line]:
     """(Event, Analysis) of the earthquakes that reached one of these values, the earliest first.
 
@@ -149,11 +150,13 @@ def moved_far(
         displacement: m, in one direction.
         residual: m, in one direction.
         shaking: by column of ShakingResult.
+        others: numbers of earthquakes that count whatever their values.
     """
     far = or_(
         DirectionResult.peak_displacement >= displacement,
         func.abs(DirectionResult.residual_displacement) >= residual,
         *(ShakingResult.__table__.c[name] >= value for name, value in shaking.items()),
+        Event.id.in_(others),
     )
     shaken = _moved(building_id).outerjoin(ShakingResult, ShakingResult.analysis_id == Analysis.id)
     query = shaken.with_only_columns(Event.id).where(far)
@@ -170,11 +173,21 @@ def last_inspection(session: Session, building_id: int, cause: str) -> datetime 
 
 
 def stiffness_values(session: Session, event: Event) -> Sequence[Line]:
-    """(subject, wanted, DriftValue | None): the building's series of stiffness, with the event's value in each."""
+    """(subject, wanted, corrections, DriftValue | None): the building's series of stiffness, with the event's value."""
     value = (DriftValue.series_id == MonitoredSeries.id) & (DriftValue.event_id == event.id)
     of_stiffness = (MonitoredSeries.building_id == event.building_id, MonitoredSeries.quantity == "stiffness")
-    query = select(MonitoredSeries.subject, MonitoredSeries.wanted, DriftValue).outerjoin(DriftValue, value)
+    query = select(MonitoredSeries.subject, MonitoredSeries.wanted).add_columns(*corrections(), DriftValue)
+    query = query.outerjoin(DriftValue, value)
     return session.execute(query.where(*of_stiffness).order_by(MonitoredSeries.subject)).all()
+
+
+def corrections() -> tuple[ColumnElement[float | None], ...]:
+    """°C, mean temperature of a series' reference, and 1/year, hardening of the rubber that its baseline expects.
+
+    Null where the baseline does not use it.
+    """
+    design = MonitoredSeries.baseline["design"]
+    return design["temperature"].as_float(), design["ageing"]["rate"].as_float()
 
 
 def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence[tuple[Alert, str]]:

@@ -164,6 +164,8 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
             design_displacement=table.isolation.design_displacement,
             moat_clearance=table.isolation.moat_clearance,
             damper_stroke=table.isolation.damper_stroke,
+            rubber=table.isolation.rubber,
+            installed=table.isolation.installed,
         ),
         channels=tuple(_channel(channel) for channel in table.channel),
     )

@@ -1,6 +1,6 @@
 """Keys of a building file, each with its type and meaning."""
 
-from datetime import datetime
+from datetime import date, datetime
 from typing import Annotated, Literal
 from zoneinfo import available_timezones
 
@@ -97,6 +97,13 @@ class IsolationTable(Table):
     damper_stroke: Horizontal | None = Field(
         default=None, description="m, rated stroke of the dampers; leave it out where the layer has none"
     )
+    rubber: Literal["natural", "high_damping", "lead"] | None = Field(
+        default=None,
+        description="natural, high_damping or lead (lead-rubber bearings): the compound, by which it hardens",
+    )
+    installed: date | None = Field(
+        default=None, description="day when the bearings were installed; with `rubber` it gives the expected hardening"
+    )
     design: DesignTable = Field(default=DesignTable(), description="design values")
 
 
@@ -118,7 +125,13 @@ class LimitsTable(Table):
     )
     moat_clearance: LimitTable | None = Field(default=None, description="largest displacement over moat_clearance")
     damper_stroke: LimitTable | None = Field(default=None, description="largest displacement over damper_stroke")
+    damper_travel: LimitTable | None = Field(
+        default=None,
+        description="m, path of the isolators in all earthquakes together; without it the dampers' travel "
+        "cannot be checked",
+    )
     residual_displacement: LimitTable | None = Field(default=None, description="m, left by one earthquake")
+    rest_position: LimitTable | None = Field(default=None, description="m, left by all earthquakes together")
     storey_drift: LimitTable | None = Field(default=None, description="drift over height, as in 0.002 for 1/500")
     floor_acceleration: LimitTable | None = Field(default=None, description="m/s², largest of any floor")
     jma_intensity: LimitTable | None = Field(

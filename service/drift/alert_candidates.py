@@ -12,6 +12,7 @@ from math import sqrt
 from typing import Any
 from zoneinfo import ZoneInfo
 
+from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
 from core.drift.alarms import Alarm
@@ -27,9 +28,16 @@ from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.drift import texts
 from service.records.tables import Event
-from service.verdict import reading, texts as verdict_texts
-from service.verdict.checks import Check, Level, Measured, gravest
-from service.verdict.limits import RESIDUAL_OFFSET, first_to_inspect, level_limit, limits_of, motion_checks
+from service.verdict import accumulated, reading, texts as verdict_texts
+from service.verdict.checks import Check, Lacking, Level, Limits, Measured, gravest
+from service.verdict.limits import (
+    RESIDUAL_OFFSET,
+    accumulated_checks,
+    first_to_inspect,
+    level_limit,
+    limits_of,
+    motion_checks,
+)
 from service.verdict.shaking import first_to_inspect_shaking, shaking_checks
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
@@ -164,6 +172,7 @@ def _exceedances(
     layer = file.description.isolation
     limits = limits_of(layer, file.limits)
     far, left = first_to_inspect(layer, limits), level_limit(limits, RESIDUAL_OFFSET)
+    added = _accumulated_beyond(session, building_id, limits)
     moved = history.moved_far(
         session,
         building_id,
@@ -171,17 +180,39 @@ def _exceedances(
         displacement=float("inf") if far is None else far / sqrt(DIRECTIONS),
         residual=float("inf") if left is None else left / sqrt(DIRECTIONS),
         shaking=first_to_inspect_shaking(limits, file.description),
+        others=added,
     )
     for event, analysis in moved:
         displacement, residual = reading.motion(session, analysis)
         every = (
             *motion_checks(layer, limits, displacement, residual),
             *shaking_checks(reading.shaking_facts(session, analysis, file.description), limits),
+            *added.get(event.id, ()),
         )
         checks = [one for one in every if _needs_inspection(one)]
         if checks:
             ordered = tuple(sorted(checks, key=lambda one: -one.level.rank))
             yield event, ordered, displacement if isinstance(displacement, Measured) else None
+
+
+def _accumulated_beyond(
+    session: Session, building_id: int, limits: Mapping[str, Limits | Lacking]
+) -> Mapping[int, tuple[Check, ...]]:
+    """Checks of what earthquakes add up to, by number of the event in which one first exceeded its limit.
+
+    The sum of a later earthquake exceeds it again only if it had fallen below in between.
+    """
+    building = select(literal(building_id))
+    summed = accumulated.totals(session, building, select(Event.id).where(Event.building_id == building_id))
+    found: dict[int, tuple[Check, ...]] = {}
+    before: set[str] = set()
+    for event, _, sums in summed:
+        checks = accumulated_checks(limits, accumulated.rest_position(sums), accumulated.travel(sums))
+        beyond = tuple(one for one in checks if _needs_inspection(one))
+        if any(one.name not in before for one in beyond):
+            found[event] = beyond
+        before = {one.name for one in beyond}
+    return found
 
 
 def _needs_inspection(check: Check) -> bool:

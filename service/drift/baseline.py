@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from core.arrays import Vector
+from core.drift.ageing import Ageing
 from core.drift.baseline import Baseline, BaselineModel
 from core.drift.quantities import quantity
 from core.drift.scatter import Scatter
@@ -51,6 +52,8 @@ def written(baseline: Baseline) -> dict[str, Any]:
 def read(document: Mapping[str, Any]) -> Baseline:
     """A baseline from the values of `written`."""
     design: dict[str, Any] = document["design"]
+    if (ageing := design.get("ageing")) is not None:
+        design = design | {"ageing": Ageing(**ageing)}
     return Baseline(
         events=tuple(document["events"]),
         model=BaselineModel(**{**design, "quantity": quantity(design["quantity"])}),

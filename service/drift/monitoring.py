@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 from sqlalchemy import bindparam, delete, insert, select, update
 from sqlalchemy.orm import Session, selectinload
 
+from core.drift.ageing import Ageing, ageing_of
 from core.drift.alarms import Alarm
 from core.drift.deviations import EventNotes, EventValue
 from core.drift.from_analyses import channels_of, sensor_notes
@@ -45,6 +46,8 @@ class SeriesInputs:
     reference_id: int | None
     channels: tuple[str, ...]
     """Channels that measure it."""
+    ageing: Ageing | None = None
+    """Hardening of the building's rubber; None where it is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +71,14 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> MonitoringInpu
     events = history.findings(session, building.id)
     noted = {row.event: [Finding(**one) for one in row.quality] for row in events}
     periods = history.reference_periods(session, building.id)
+    ageing = ageing_of(file.description.isolation.rubber, file.description.isolation.installed)
     series_inputs = [
         _series_inputs(
-            series, channels_of(series, file.description), noted, in_force(periods, series.quantity, series.subject)
+            series,
+            channels_of(series, file.description),
+            noted,
+            in_force(periods, series.quantity, series.subject),
+            ageing,
         )
         for series in monitored_series(session, building.id)
     ]
@@ -90,7 +98,7 @@ def stages(inputs: MonitoringInputs) -> Sequence[Stage]:
 
 def monitored(series_inputs: Sequence[SeriesInputs]) -> tuple[tuple[SeriesInputs, Monitoring], ...]:
     """Baseline, values and alarms of each series, then of the mean of both directions of the layer."""
-    own = [(one, monitor(one.series, one.reference, one.notes)) for one in series_inputs]
+    own = [(one, monitor(one.series, one.reference, one.notes, one.ageing)) for one in series_inputs]
     return (*own, *_pooled(own))
 
 
@@ -199,9 +207,10 @@ def _series_inputs(
     channels: tuple[str, ...],
     findings: Mapping[int, Sequence[Finding]],
     period: ReferencePeriod | None,
+    ageing: Ageing | None,
 ) -> SeriesInputs:
     notes = sensor_notes(findings, channels)
-    return SeriesInputs(series, reference(period), notes, None if period is None else period.id, channels)
+    return SeriesInputs(series, reference(period), notes, None if period is None else period.id, channels, ageing)
 
 
 def _pooled(own: Sequence[tuple[SeriesInputs, Monitoring]]) -> Iterator[tuple[SeriesInputs, Monitoring]]:

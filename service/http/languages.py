@@ -10,7 +10,7 @@ from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.access.auth import is_secure
-from service.access.pages import onward
+from service.http.error_pages import form_page
 from service.http.forms import Posted, posted
 from service.language.choice import Language, accepted, known, speaking
 
@@ -55,18 +55,17 @@ class Languages:
 
 
 class LanguageForm(BaseModel):
-    """A language, and the page to go back to."""
+    """A language."""
 
     language: Language
-    next: str = "/"
 
 
 @router.post("/language")
 async def choose(
     request: Request, sent: Annotated[Posted[LanguageForm], Depends(posted(LanguageForm, MOST))]
 ) -> Response:
-    """Keep the language in the browser, and show the page again."""
+    """Keep the language in the browser, and show the page again that the form was on."""
     wanted = sent.checked()
-    answer = RedirectResponse(onward(wanted.next), 303)
+    answer = RedirectResponse(form_page(request), 303)
     answer.set_cookie(COOKIE, wanted.language, max_age=YEAR, httponly=True, samesite="lax", secure=is_secure(request))
     return answer

@@ -29,11 +29,14 @@ def executors(settings: Settings) -> Executors:
 
 
 def local_processes(count: int, effects_folder: Path | None = None) -> Executors:
-    """Processes of this machine with the installation's own effects, started when needed and again after a crash."""
+    """Processes of this machine with the installation's own effects, started when needed and again after a crash.
+
+    An idle process stays, with all that it has loaded.
+    """
     from loky import get_reusable_executor  # starts machinery of its own, so only where jobs are done
 
     return lambda: get_reusable_executor(
-        max_workers=count, timeout=600, env=ONE_THREAD, initializer=begin, initargs=(os.getpid(), effects_folder)
+        max_workers=count, timeout=None, env=ONE_THREAD, initializer=begin, initargs=(os.getpid(), effects_folder)
     )
 
 

@@ -34,6 +34,8 @@ IDLE = 0.5
 """s between two queries for waiting jobs."""
 HEED = 2.0
 """s between two queries for cancelled jobs."""
+WARMED_AFTER = 2.0
+"""s without a job after which idle processes are warmed."""
 
 
 class JobTimeoutError(Exception):
@@ -67,6 +69,10 @@ class Worker:
     """s; independent of changes of the clock."""
     kept: Kept = field(default_factory=Kept)
     """Results of stages."""
+    warming: Callable[[], None] | None = None
+    """Prepares a process of this machine for its first job, while there is none."""
+    is_warm: bool = False
+    """True once the processes were warmed, until they are ended."""
     extended_at: float | None = None
     cancelled_checked_at: float = -float("inf")
     """s of the timer at the latest query for cancelled jobs."""
@@ -74,14 +80,26 @@ class Worker:
 
     def run(self, stop: Signal) -> None:
         """Work until `stop` is set; unfinished jobs return to the queue."""
-        attempts = Attempts(log)
+        attempts, idle_since = Attempts(log), self.timer()
         while not stop.is_set():
             busy = False
             with attempts.one():
                 busy = self.step()
-            if not busy:
-                stop.wait(attempts.pause(IDLE))
+            if busy:
+                idle_since = self.timer()
+                continue
+            if not self.is_warm and self.timer() - idle_since >= WARMED_AFTER:
+                self.warm()
+            stop.wait(attempts.pause(IDLE))
         self.put_back()
+
+    def warm(self) -> None:
+        """Warm every process of this machine; a Dask cluster's workers are left alone."""
+        if self.warming is not None and self.settings.jobs.executor == "local":
+            with without_interrupts():
+                for _ in range(self.settings.jobs.workers):  # each takes one, since it takes longer than to begin
+                    self.executors().submit(self.warming)
+        self.is_warm = True
 
     def run_until_idle(self) -> int:
         """Work until no job waits; the number of jobs that were finished or failed."""
@@ -192,6 +210,7 @@ class Worker:
         if undone and self.settings.jobs.executor == "local":
             others = {future: job for future, job in self.running.items() if not future.done()}
             end(self.executors, self.settings)
+            self.is_warm = False
             for future, job in others.items():
                 self._submit(job)
                 del self.running[future]

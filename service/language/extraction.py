@@ -1,14 +1,14 @@
 """Extraction of the messages that the catalogues must contain: `python -m service.language.extraction` updates them.
 
 Templates mark their messages for gettext. Of the Python modules that `SOURCES` names, every text with two words or more
-is a message, and every word that is a value of a mapping, a constant or a title; an f-string is a message with numbered
-places. Documentation strings, descriptions for the API and lines of the log are not.
+is a message, and every word that is a constant, a value of a constant mapping, or a title; an f-string is a message
+with numbered places. Documentation strings, descriptions for the API and lines of the log are not.
 """
 
 import ast
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from babel.messages.catalog import Catalog
@@ -21,14 +21,46 @@ from service.language.translation import parsed
 ROOT = Path(__file__).parents[2]
 FOLDER = Path(__file__).parent
 SOURCES: Mapping[str, tuple[str, ...]] = {
+    "access": (
+        "service/access/auth.py",
+        "service/access/keys.py",
+        "service/access/pages/*.py",
+        "service/access/provider.py",
+        "service/access/roles.py",
+        "service/http/templates/key*.html",
+        "service/http/templates/link*.html",
+        "service/http/templates/login.html",
+        "service/http/templates/signed_in.html",
+    ),
     "analyses": (
         "service/http/templates/chart*.html",
         "service/http/templates/event*.html",
         "service/http/templates/modes.html",
     ),
+    "buildings": (
+        "service/buildings/pages/*.py",
+        "service/buildings/recipient_rules.py",
+        "service/buildings/recipients.py",
+        "service/buildings/reference_periods.py",
+        "service/http/templates/building*.html",
+        "service/http/templates/home.html",
+    ),
+    "http": (
+        "service/http/error_pages.py",
+        "service/http/forms.py",
+        "service/http/problems.py",
+        "service/http/templates/error.html",
+        "service/http/templates/form_parts.html",
+        "service/http/templates/layout.html",
+    ),
     "jobs": ("service/http/templates/job.html",),
+    "models": (
+        "core/effects/*.py",
+        "service/http/templates/diagnosis.html",
+        "service/http/templates/effect*.html",
+        "service/http/templates/model*.html",
+    ),
     "records": ("service/http/templates/recordings.html",),
-    "layout": ("service/http/templates/layout.html",),
     "messages": (
         "service/notify/texts.py",
         "service/notify/claims.py",
@@ -36,8 +68,6 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/notify/channels/mail.py",
         "service/notify/channels/outbound_http.py",
         "service/notify/channels/templates/mail.html",
-        "service/buildings/recipient_rules.py",
-        "service/buildings/recipients.py",
         "service/alerts/recipients.py",
         "service/http/templates/message*.html",
         "service/http/templates/receiver_secret.html",
@@ -66,6 +96,16 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/models/figures/*.py",
         "service/building_reports/charts.py",
     ),
+    "verdict": (
+        "service/http/templates/verdict_parts.html",
+        "service/verdict/assessment.py",
+        "service/verdict/checks.py",
+        "service/verdict/limits.py",
+        "service/verdict/measured.py",
+        "service/verdict/reading.py",
+        "service/verdict/shaking.py",
+        "service/verdict/texts.py",
+    ),
 }
 """Files of each catalogue: patterns relative to the project's folder."""
 NOT_SHOWN = frozenset(
@@ -84,14 +124,17 @@ DRAWN = re.compile(r"(.*_)?(CONFIG|SHAPES)")
 """Constants that say how a chart is drawn."""
 FIELD = re.compile(r".*:[QNOT]", re.DOTALL)
 """A field of a chart with its type."""
-ADDRESS = re.compile(r"\S*[/@]\S*|<\S+>")
-"""A path, or an address of a mail."""
+PLACE = re.compile(r"\{\d+\}")
 LETTERS = re.compile(r"[A-Za-z]{2}")
 EDGES = " ,;:\n"
 """What joins a part of a sentence to others; it is no part of the message."""
+NAMES = re.compile(r"api|file|lax|strict|menshin(-[a-z]+)*")
+"""Words that programs read."""
 WORDS = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* [^A-Za-z]*[A-Za-z]|[A-Za-z]{2,}.* .*[A-Za-z]|\ba [a-z]{2,}", re.DOTALL)
 LABEL = re.compile(r"[A-Za-z][a-z]{2,} \([^()]+\)")
 """A quantity with its unit."""
+TYPE = re.compile(r"\w+( \| \w+)+")
+"""An annotation as a text."""
 WORD = re.compile(r"[A-Za-z][a-z]{2,}(-[a-z]+)*|[A-Z]{4,}")
 
 
@@ -116,15 +159,15 @@ def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
         return
     if isinstance(node, ast.JoinedStr):
         message = _with_places(node)
-        is_code = FIELD.fullmatch(message) or ADDRESS.fullmatch(message)
-        if LETTERS.search(re.sub(r"\{\d+\}", " ", message)) and not is_code:
+        if LETTERS.search(PLACE.sub("", message)) and " " in message and not FIELD.fullmatch(message):
             yield message.strip(EDGES)
         for part in node.values:
             if isinstance(part, ast.FormattedValue):
                 yield from _texts(part.value, hidden)
         return
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        if (WORDS.search(node.value) or LABEL.fullmatch(node.value)) and not FIELD.fullmatch(node.value):
+        is_text = WORDS.search(node.value) or LABEL.fullmatch(node.value)
+        if is_text and not FIELD.fullmatch(node.value) and not TYPE.fullmatch(node.value):
             yield _without_formats(node.value).strip(EDGES)
         return
     if isinstance(node, ast.Dict):
@@ -133,7 +176,8 @@ def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
     if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
         if any(isinstance(name, ast.Name) and name.id.isupper() for one in targets for name in ast.walk(one)):
-            yield from _words(node.value)
+            for value in _constants(node.value, is_named=any(isinstance(one, ast.Tuple) for one in targets)):
+                yield from _words(value)
     if isinstance(node, ast.keyword) and node.arg in TITLED:
         one = node.value.value if isinstance(node.value, ast.Constant) else ""
         if isinstance(one, str) and LETTERS.search(one) and not (WORDS.search(one) or LABEL.fullmatch(one)):
@@ -142,10 +186,24 @@ def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
         yield from _texts(child, hidden)
 
 
+def _constants(value: ast.expr, *, is_named: bool) -> Sequence[ast.expr]:
+    """The values of a constant that may be words: of a mapping, a single text, or several that each have a name."""
+    if isinstance(value, ast.Dict):
+        return ()  # those of every mapping are
+    if isinstance(value, ast.Tuple):
+        return value.elts if is_named else ()
+    return [value]
+
+
 def _words(node: ast.AST) -> Iterator[str]:
     """A single word that is a value; those of a tuple likewise."""
     for one in node.elts if isinstance(node, ast.Tuple | ast.List) else [node]:
-        if isinstance(one, ast.Constant) and isinstance(one.value, str) and WORD.fullmatch(one.value):
+        if (
+            isinstance(one, ast.Constant)
+            and isinstance(one.value, str)
+            and WORD.fullmatch(one.value)
+            and not NAMES.fullmatch(one.value)
+        ):
             yield one.value
 
 

@@ -7,7 +7,7 @@ sentences and parts of sentences; what is left stays as it is: names, numbers, a
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import resources
@@ -44,6 +44,12 @@ MONTHS = (
 )  # fmt: skip
 DATE = re.compile(rf"(\d{{1,2}}) ({'|'.join(MONTHS)}) (\d{{4}})(?:, (\d\d:\d\d))?")
 PARENTHESIS = re.compile(r"(.+?) \(([^()]*)\)(.*)", re.DOTALL)
+QUANTITY = r"[−-]?\d[\d.,]*(?: ± \d[\d.,]*)?(?: (?:%|[a-zA-Z/²³]{1,5}))?"
+ENDING = re.compile(rf"(?P<words>.+?) {QUANTITY}", re.DOTALL)
+BEGINNING = re.compile(rf"{QUANTITY} (?P<words>.+)", re.DOTALL)
+ENGLISH_WORD = re.compile(r"(?<![\w/.-])[a-z]{3,}(?![\w/.-])")
+FEWEST, PROVING = 5, 16
+"""Letters of a message in whose places a word may stay English, and any number of them: `{0} of {1}` proves little."""
 LETTERS = re.compile(r"[A-Za-z]{2}")
 
 
@@ -62,6 +68,12 @@ class Message:
         """Letters that a text must have: the more, the more specific."""
         return sum(map(len, self.literals))
 
+    def is_told_by(self, values: Iterable[str]) -> bool:
+        """True if the text was composed from it, by its letters and by what is left in English of its values."""
+        letters = sum(letter.isalpha() for literal in self.literals for letter in literal)
+        words = max((len(ENGLISH_WORD.findall(value)) for value in values), default=0)
+        return letters >= PROVING or words == 0 or (words == 1 and letters >= FEWEST)
+
     def values(self, text: str) -> dict[str, str] | None:
         """What a text has in the places; None if the message does not fit."""
         first, last = self.literals[0], self.literals[-1]
@@ -78,6 +90,8 @@ class Message:
         found.append(text[at:end])
         telling = [literal for literal in self.literals if len(literal) >= TELLING]
         if any(SENTENCES.search(value) or any(one in value for one in telling) for value in found):
+            return None
+        if any(value.count("(") != value.count(")") for value in found):
             return None
         return dict(zip(self.names, found, strict=True))
 
@@ -134,6 +148,7 @@ class Catalogue:
             or self._varied(text, depth, is_whole=False)
             or self._split(text, depth, WEAK)
             or self._parenthesis(text, depth)
+            or self._beside_quantity(text, depth)
         )
 
     def _recognised(self, text: str, depth: int, *, is_whole: bool) -> str | None:
@@ -147,7 +162,9 @@ class Catalogue:
         for message in self._messages:
             values = message.values(text)
             if values is not None and not (is_whole and message.is_torn(values)):
-                return filled(message.translation, {name: self._value(value, depth) for name, value in values.items()})
+                said = {name: self._value(value, depth) for name, value in values.items()}
+                if message.is_told_by(said.values()):
+                    return filled(message.translation, said)
         return None
 
     def _value(self, value: str, depth: int) -> str:
@@ -197,6 +214,15 @@ class Catalogue:
             return None
         before, within, after = (part or given for part, given in zip(said, inside.groups(), strict=True))
         return f"{before}（{within}）{after}"
+
+    def _beside_quantity(self, text: str, depth: int) -> str | None:
+        """The same of a text that begins or ends with a value and its unit."""
+        for pattern in (ENDING, BEGINNING):
+            if found := pattern.fullmatch(text):
+                said = self.said(found["words"], depth + 1)
+                if said is not None:
+                    return text[: found.start("words")] + said + text[found.end("words") :]
+        return None
 
     def _part(self, part: str, depth: int) -> str | None:
         return self.said(part, depth + 1) if part else None

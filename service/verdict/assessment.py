@@ -21,22 +21,24 @@ from service.verdict.limits import (
     LONG_PERIOD,
     MOAT,
     RESIDUAL_OFFSET,
+    REST_POSITION,
     STIFFNESS_CHANGE,
     STRAIN,
     TOLERANCE,
-    TRAVEL,
+    accumulated_checks,
     limits_of,
     motion_checks,
 )
 from service.verdict.shaking import ShakingFacts, shaking_checks
 
-LARGEST, DATA = "largest_so_far", "data_quality"
+LARGEST, DATA, SENSORS, CLOCKS = "largest_so_far", "data_quality", "sensor_health", "clock_health"
 REQUIRED = frozenset(
     {
         STRAIN,
         DESIGN,
         MOAT,
         RESIDUAL_OFFSET,
+        REST_POSITION,
         DRIFT,
         FLOOR_ACCELERATION,
         INTENSITY,
@@ -44,9 +46,19 @@ REQUIRED = frozenset(
         LARGEST,
         STIFFNESS_CHANGE,
         DATA,
+        SENSORS,
+        CLOCKS,
     }
 )
 """Names of checks without which nothing is normal."""
+HEALTH: Mapping[str, tuple[frozenset[str], str]] = {
+    SENSORS: (
+        frozenset({"gain", "noise", "channel"}),
+        "Mend the sensor or correct it in the building file, and analyse again.",
+    ),
+    CLOCKS: (frozenset({"clock"}), "Set the clock and check its time signal; analyse again once its times are right."),
+}
+"""First parts of the causes of alerts about sensors and clocks, and the remedy, by check."""
 
 
 NO_DIRECTION = Lacking(
@@ -159,6 +171,10 @@ class Facts:
     """m, largest in plan."""
     residual: Measured | Lacking
     """m, in plan."""
+    rest_position: Measured | Lacking
+    """m, in plan, sum of the residual displacements since the reference period began."""
+    travel: Measured | Lacking
+    """m, path of the isolators in plan in this earthquake and all before."""
     shaking: ShakingFacts
     largest_earlier: float | None
     """m, largest displacement in plan in earlier earthquakes; None before the first that was measured."""
@@ -166,6 +182,10 @@ class Facts:
     """Relative change at equal amplitude and temperature, by direction."""
     data_problems: tuple[str, ...] | Lacking
     """Warnings and fatal findings of the data quality checks, or why they have not been made."""
+    sensor_problems: tuple[str, ...] | Lacking
+    """Those about single sensors."""
+    clock_problems: tuple[str, ...] | Lacking
+    """Those about clocks."""
     alerts: tuple[OpenAlert, ...]
     inspection: SignedInspection | None = None
     """The latest of the building; None where there is none, and in the verdict on an earthquake."""
@@ -233,13 +253,14 @@ def _levels(facts: Facts, checks: tuple[Check, ...], inspection: SignedInspectio
 def _checks(facts: Facts) -> Iterator[Check]:
     limits = limits_of(facts.layer, facts.limits)
     yield from motion_checks(facts.layer, limits, facts.displacement, facts.residual)
-    if isinstance(lacking := limits.get(TRAVEL), Lacking):
-        yield undecided(TRAVEL, lacking)
+    yield from accumulated_checks(limits, facts.rest_position, facts.travel)
     yield from shaking_checks(facts.shaking, limits)
     yield checked(LARGEST, facts.displacement, _largest(facts.largest_earlier), unit="m")
     for direction, change in sorted((facts.stiffness or {"": NO_DIRECTION}).items()):
         yield checked(STIFFNESS_CHANGE, change, limits[STIFFNESS_CHANGE], subject=direction)
-    yield _data(facts.data_problems)
+    yield _free_of(DATA, facts.data_problems, "Mend the data problems and analyse again.")
+    yield _health(SENSORS, facts.sensor_problems, facts.alerts)
+    yield _health(CLOCKS, facts.clock_problems, facts.alerts)
 
 
 def _largest(earlier: float | None) -> Limits | Lacking:
@@ -251,16 +272,26 @@ def _largest(earlier: float | None) -> Limits | Lacking:
     return Limits(watch=earlier, source="largest displacement in earlier earthquakes")
 
 
-def _data(problems: tuple[str, ...] | Lacking) -> Check:
+def _health(name: str, problems: tuple[str, ...] | Lacking, alerts: tuple[OpenAlert, ...]) -> Check:
+    """Check of the sensors or the clocks: findings of the record, and alerts about them that are open.
+
+    An alert that began after the earthquake says nothing of its record.
+    """
+    about, remedy = HEALTH[name]
+    alarmed = tuple(one.summary for one in alerts if one.cause.partition("/")[0] in about and not one.is_later)
+    if isinstance(problems, Lacking) and alarmed:
+        return _free_of(name, alarmed, remedy)
+    return _free_of(name, problems if isinstance(problems, Lacking) else (*problems, *alarmed), remedy)
+
+
+def _free_of(name: str, problems: tuple[str, ...] | Lacking, remedy: str) -> Check:
+    """A check that is passed where there are no problems, else undecided."""
     if isinstance(problems, Lacking):
-        return undecided(DATA, problems)
+        return undecided(name, problems)
     if problems:
         more = "" if len(problems) == 1 else f" ({len(problems) - 1} more)"
-        return undecided(
-            DATA,
-            Lacking(reason=f"{problems[0].rstrip('.')}{more}.", remedy="Mend the data problems and analyse again."),
-        )
-    return Check(name=DATA, outcome=Outcome.PASSED, level=Level.NORMAL)
+        return undecided(name, Lacking(reason=f"{problems[0].rstrip('.')}{more}.", remedy=remedy))
+    return Check(name=name, outcome=Outcome.PASSED, level=Level.NORMAL)
 
 
 def _of_change(low: float | None, high: float | None, tolerance: float) -> Level:

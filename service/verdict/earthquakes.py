@@ -8,7 +8,7 @@ from datetime import datetime
 from itertools import accumulate
 from typing import Any, TypeVar
 
-from sqlalchemy import select
+from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert
@@ -21,6 +21,7 @@ from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs import queue as job_queue
 from service.records import queries as record_queries
 from service.records.tables import Event
+from service.verdict.accumulated import totals
 from service.verdict.assessment import Assessment, assess
 from service.verdict.overview import StoredFacts
 from service.verdict.reading import event_facts
@@ -93,6 +94,12 @@ def _assessed(
     directions = _by_analysis(session, DirectionResult, of_analyses)
     layers = _by_analysis(session, LayerResult, of_analyses)
     shaken = _by_analysis(session, ShakingResult, of_analyses)
+    summed = {
+        event: sums
+        for event, _, sums in totals(
+            session, select(literal(building.id)), select(Event.id).where(Event.id.in_(numbers))
+        )
+    }
     largest, stiffness = _Largest(session, building), _stiffness(session, building, numbers)
     file = building_store.described(session, building)
     found = []
@@ -104,6 +111,7 @@ def _assessed(
             results=sorted(directions[number], key=lambda one: one.direction),
             layer=next(iter(layers[number]), None),
             shaking=next(iter(shaken[number]), None),
+            totals=summed.get(event.id),
             largest_earlier=largest.before(event.start),
             stiffness=stiffness[event.id],
             is_being_compared=is_being_compared(event),
@@ -147,12 +155,13 @@ def _by_analysis(session: Session, table: type[Result], analyses: Sequence[int])
 
 
 def _stiffness(session: Session, building: Building, events: Sequence[int]) -> Mapping[int, list[tuple[Any, ...]]]:
-    """By event: (subject, events that the reference lacks, DriftValue | None) of each series of stiffness."""
+    """By event: the lines of `StoredFacts.stiffness`."""
     of_building = (MonitoredSeries.building_id == building.id, MonitoredSeries.quantity == "stiffness")
-    series = session.scalars(select(MonitoredSeries).where(*of_building).order_by(MonitoredSeries.subject)).all()
+    columns = (MonitoredSeries.id, MonitoredSeries.subject, MonitoredSeries.wanted, *history.corrections())
+    series = session.execute(select(*columns).where(*of_building).order_by(MonitoredSeries.subject)).all()
     of_series = DriftValue.series_id.in_([one.id for one in series])
     values = {
         (one.series_id, one.event_id): one
         for one in session.scalars(select(DriftValue).where(of_series, DriftValue.event_id.in_(events)))
     }
-    return {number: [(one.subject, one.wanted, values.get((one.id, number))) for one in series] for number in events}
+    return {number: [(*one[1:], values.get((one.id, number))) for one in series] for number in events}

@@ -16,7 +16,7 @@ from service.buildings.description import GivenLimits
 from service.verdict.checks import Check, Lacking, Limits, Measured, checked
 
 STRAIN, DESIGN, MOAT, STROKE = "shear_strain", "design_displacement", "moat_clearance", "damper_stroke"
-TRAVEL, RESIDUAL_OFFSET = "damper_travel", "residual_displacement"
+TRAVEL, RESIDUAL_OFFSET, REST_POSITION = "damper_travel", "residual_displacement", "rest_position"
 DRIFT, FLOOR_ACCELERATION = "storey_drift", "floor_acceleration"
 INTENSITY, LONG_PERIOD, STIFFNESS_CHANGE = "jma_intensity", "long_period_class", "stiffness"
 DEFAULT = "Menshin's default"
@@ -28,6 +28,7 @@ DEFAULTS: Mapping[str, Limits] = {
     MOAT: Limits(watch=0.5, inspect=0.75, act=0.9, source=DEFAULT),
     STROKE: Limits(watch=0.5, inspect=0.8, act=1.0, source=DEFAULT),
     RESIDUAL_OFFSET: Limits(watch=0.010, inspect=0.030, act=0.050, source=DEFAULT),
+    REST_POSITION: Limits(watch=0.010, inspect=0.030, act=0.050, source=DEFAULT),
     DRIFT: Limits(watch=1 / 500, inspect=1 / 300, act=1 / 100, source=DEFAULT),
     FLOOR_ACCELERATION: Limits(watch=2.0, inspect=3.0, act=5.0, source=DEFAULT),
     INTENSITY: Limits(watch=3.5, inspect=4.5, source=f"{DEFAULT}; inspect by JSSI: 5-lower"),
@@ -44,7 +45,7 @@ LENGTHS: Mapping[str, str] = {
 """Key of the building file whose length the displacement is divided by, by check."""
 NO_TRAVEL = Lacking(
     reason="No limit of the dampers' cumulative travel is published.",
-    remedy="The maker's judgement of the dampers after this earthquake and those before.",
+    remedy="Give damper_travel under [limits] in the building file, as the maker of the dampers states it.",
 )
 NO_LENGTH = Lacking(reason="The building file gives no length to compare with.", remedy="")
 MM = 1e3
@@ -58,10 +59,10 @@ def limits_of(layer: IsolationLayer, given: Mapping[str, GivenLimits]) -> Mappin
         given: the designer's limits, by check.
     """
     known = {**DEFAULTS, **{name: _given(name, levels) for name, levels in given.items()}}
-    has_dampers = layer.damper_stroke is not None or STROKE in given
+    has_dampers = layer.damper_stroke is not None or not {STROKE, TRAVEL}.isdisjoint(given)
     over_lengths = {name: _over_length(name, known[name], layer) for name in LENGTHS}
-    every = {**known, **over_lengths, **({TRAVEL: NO_TRAVEL} if has_dampers else {})}
-    return {name: one for name, one in every.items() if name != STROKE or has_dampers}
+    every: Mapping[str, Limits | Lacking] = {TRAVEL: NO_TRAVEL, **known, **over_lengths}
+    return {name: one for name, one in every.items() if name not in (STROKE, TRAVEL) or has_dampers}
 
 
 def length_of(layer: IsolationLayer, name: str) -> float | None:
@@ -95,6 +96,14 @@ def motion_checks(
         *(_share(name, displacement, length_of(layer, name), limits[name]) for name in LENGTHS if name in limits),
         checked(RESIDUAL_OFFSET, residual, limits[RESIDUAL_OFFSET], unit="m"),
     )
+
+
+def accumulated_checks(
+    limits: Mapping[str, Limits | Lacking], rest_position: Measured | Lacking, travel: Measured | Lacking
+) -> tuple[Check, ...]:
+    """Checks of what all earthquakes add up to (m); of the travel only where there are dampers."""
+    rest = checked(REST_POSITION, rest_position, limits[REST_POSITION], unit="m")
+    return (rest, checked(TRAVEL, travel, limits[TRAVEL], unit="m")) if TRAVEL in limits else (rest,)
 
 
 def _share(name: str, displacement: Measured | Lacking, length: float | None, limits: Limits | Lacking) -> Check:

@@ -1,8 +1,8 @@
 """The displacement of the isolators with its uncertainty, and the assessment of an analysis outside a database."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import hypot, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 from core.description import BuildingDescription
 from service.buildings.description import GivenLimits
@@ -27,6 +27,35 @@ NOT_COMPARED = Lacking(
     remedy="A usable record of the isolators' force and displacement.",
 )
 
+NOT_SUMMED = Lacking(
+    reason="The earthquakes before this one are not known.",
+    remedy="The verdict of the service, which stores every earthquake.",
+)
+OF_SENSORS = frozenset(
+    {"clipping", "dead", "incoherent", "missing", "neighbour", "offset", "reversed", "rotation", "spike", "swapped"}
+    | {"unit"}
+)
+OF_CLOCKS = frozenset({"clock", "delay"})
+"""Kinds of findings about single sensors, and about clocks; the others are about the record."""
+
+
+class Problems(TypedDict):
+    """Findings by the check that they belong to."""
+
+    data_problems: tuple[str, ...] | Lacking
+    sensor_problems: tuple[str, ...] | Lacking
+    clock_problems: tuple[str, ...] | Lacking
+
+
+def problems(findings: Iterable[tuple[str, str]]) -> Problems:
+    """Findings that weaken a verdict, (kind, text) each, by the check that they belong to."""
+    every = list(findings)
+    return Problems(
+        data_problems=tuple(text for kind, text in every if kind not in OF_SENSORS | OF_CLOCKS),
+        sensor_problems=tuple(text for kind, text in every if kind in OF_SENSORS),
+        clock_problems=tuple(text for kind, text in every if kind in OF_CLOCKS),
+    )
+
 
 def of_analysis(
     event: "EventAnalysis", description: BuildingDescription, limits: Mapping[str, GivenLimits]
@@ -47,10 +76,14 @@ def of_analysis(
             shaking=shaking.of_analysis(event, description),
             displacement=measured_displacement(peaks, event.peak_resultant),
             residual=measured_residual(left),
+            rest_position=NOT_SUMMED,
+            travel=NOT_SUMMED,
             largest_earlier=None,
             stiffness=dict.fromkeys(description.horizontal_directions, NOT_COMPARED),
-            data_problems=tuple(
-                " ".join(filter(None, (one.channel, one.message))) for one in event.quality if one.severity != "note"
+            **problems(
+                (one.kind, " ".join(filter(None, (one.channel, one.message))))
+                for one in event.quality
+                if one.severity != "note"
             ),
             alerts=(),
         )

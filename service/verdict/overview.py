@@ -11,6 +11,7 @@ from sqlalchemy import ScalarSelect, exists, func, select
 from sqlalchemy.orm import Session, aliased
 
 from service.alerts.tables import Alert, BuildingInspection
+from service.analyses import history
 from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
@@ -20,6 +21,7 @@ from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
 from service.records.tables import Event
+from service.verdict.accumulated import Totals, totals
 from service.verdict.limits import STIFFNESS_CHANGE, TOLERANCE
 
 UNUSABLE = ("refused", "failed")
@@ -36,10 +38,12 @@ class StoredFacts:
     layer: LayerResult | None
     shaking: ShakingResult | None
     """None of an analysis by an earlier version."""
+    totals: Totals | None
+    """Sums over this earthquake and all before; None without one."""
     largest_earlier: float | None
     """m, largest displacement in plan in the earthquakes before; None where none was measured."""
     stiffness: Sequence[tuple[Any, ...]]
-    """(subject, events that the reference lacks, DriftValue | None) of each series of stiffness."""
+    """(subject, events that the reference lacks, history.corrections, DriftValue | None) by series."""
     is_being_compared: bool
     """True while the comparison with earlier earthquakes has not finished."""
     alerts: Sequence[tuple[Alert, str]]
@@ -74,12 +78,14 @@ def stored_facts(session: Session, buildings: Question) -> Mapping[int, StoredFa
     inspected = {one.building_id: one for one in session.scalars(_inspections(buildings))}
     unseen = {line[0]: (line[1], line[2]) for line in session.execute(_unseen(buildings))}
     compared = set(session.scalars(_being_compared(buildings)))
+    summed = _totals(session, buildings)
     return {
         number: StoredFacts(
             file=building_store.parsed(revision),
             results=[line[1] for line in results[number]],
             layer=next((line[1] for line in layers[number]), None),
             shaking=next((line[1] for line in shaken[number]), None),
+            totals=summed.get(number),
             largest_earlier=largest.get(number),
             stiffness=[tuple(line[1:]) for line in stiffness[number]],
             is_being_compared=number in compared,
@@ -131,8 +137,9 @@ def _with_building(table: type[DirectionResult | LayerResult | ShakingResult], a
 
 def _stiffness(buildings: Question) -> Question:
     value = (DriftValue.series_id == MonitoredSeries.id) & (DriftValue.event_id == _last_event())
-    columns = (MonitoredSeries.building_id, MonitoredSeries.subject, MonitoredSeries.wanted, DriftValue)
-    question = select(*columns).join(Building, Building.id == MonitoredSeries.building_id).outerjoin(DriftValue, value)
+    question = select(MonitoredSeries.building_id, MonitoredSeries.subject, MonitoredSeries.wanted)
+    question = question.add_columns(*history.corrections(), DriftValue)
+    question = question.join(Building, Building.id == MonitoredSeries.building_id).outerjoin(DriftValue, value)
     of_stiffness = (MonitoredSeries.building_id.in_(buildings), MonitoredSeries.quantity == "stiffness")
     return question.where(*of_stiffness).order_by(MonitoredSeries.subject)
 
@@ -151,6 +158,12 @@ def _largest_earlier(buildings: Question) -> Question:
         .where(Event.building_id.in_(buildings), Event.start < last.start)
         .group_by(Event.building_id)
     )
+
+
+def _totals(session: Session, buildings: Question) -> Mapping[int, Totals]:
+    """Sums over all earthquakes, by number of the building."""
+    last = select(_last_event()).select_from(Building).where(Building.id.in_(buildings))
+    return {building: sums for _, building, sums in totals(session, buildings, last)}
 
 
 def _inspections(buildings: Question) -> Question:

@@ -17,8 +17,8 @@ class CheckOut(Answer):
 
     name: str = Field(
         description="`shear_strain`, `design_displacement`, `moat_clearance`, `residual_displacement`, "
-        "`damper_stroke`, `damper_travel`, `storey_drift`, `floor_acceleration`, `jma_intensity`, `long_period_class`, "
-        "`largest_so_far`, `stiffness` or `data_quality`."
+        "`rest_position`, `damper_stroke`, `damper_travel`, `storey_drift`, `floor_acceleration`, `jma_intensity`, "
+        "`long_period_class`, `largest_so_far`, `stiffness`, `data_quality`, `sensor_health` or `clock_health`."
     )
     direction: str | None = Field(description="x or y; null where the check is about the whole layer, or the records.")
     outcome: str = Field(description="`passed`, `exceeded` or `undecided`.")

@@ -127,7 +127,8 @@ def first_to_inspect_shaking(
 def _listed(components: Iterable[str]) -> str:
     names = list(components)
     missing = [name for name in ("x", "y", "z") if name not in names]
-    return ", ".join(names) + (f" without {' and '.join(missing)}" if missing else "")
+    there = ", ".join(names)
+    return f"{there} without {' and '.join(missing)}" if missing else there
 
 
 def _long_period_uncertainty(result: ShakingResult) -> float:
@@ -142,8 +143,8 @@ def _largest_acceleration(floors: Iterable[Mapping[str, Any]]) -> Measured | Lac
     if not known:
         return NO_SHAKING
     value, u, one = max(known, key=lambda of: of[0] + (of[1] or 0.0))
-    how = "" if one["is_measured"] else ", estimated"
-    return Measured(value=value, uncertainty=u, note=f"{one['level']}, direction {one['direction']}{how}")
+    where = f"{one['level']}, direction {one['direction']}"
+    return Measured(value=value, uncertainty=u, note=where if one["is_measured"] else f"{where}, estimated")
 
 
 def _of_peak(peak: float, std: float | None) -> float | None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from core.rounding import plain, significant, with_std
-from service.verdict.assessment import DATA, LARGEST, Assessment, Result
+from service.verdict.assessment import CLOCKS, DATA, LARGEST, SENSORS, Assessment, Result
 from service.verdict.checks import NO_UNCERTAINTY, WITHIN_UNCERTAINTY, Check, Level, Outcome
 from service.verdict.limits import (
     DESIGN,
@@ -13,6 +13,7 @@ from service.verdict.limits import (
     LONG_PERIOD,
     MOAT,
     RESIDUAL_OFFSET,
+    REST_POSITION,
     STIFFNESS_CHANGE,
     STRAIN,
     STROKE,
@@ -26,6 +27,7 @@ TITLES: Mapping[str, str] = {
     STROKE: "Displacement as a share of the dampers' stroke",
     TRAVEL: "Cumulative travel of the dampers",
     RESIDUAL_OFFSET: "Residual displacement",
+    REST_POSITION: "Rest position",
     DRIFT: "Storey drift over height",
     FLOOR_ACCELERATION: "Floor acceleration",
     INTENSITY: "JMA instrumental intensity",
@@ -33,6 +35,8 @@ TITLES: Mapping[str, str] = {
     LARGEST: "Displacement against earlier earthquakes",
     STIFFNESS_CHANGE: "Change of stiffness",
     DATA: "Data quality",
+    SENSORS: "Health of the sensors",
+    CLOCKS: "Health of the clocks",
 }
 MEANINGS: Mapping[Level, str] = {
     Level.ACT: "A limit of action is exceeded. Follow the emergency plan and call the engineer.",
@@ -83,8 +87,8 @@ NONE_YET = "No earthquake has been recorded yet."
 def title(check: Check) -> str:
     """`Change of stiffness, direction x`."""
     name = TITLES.get(check.name, check.name.replace("_", " "))
-    place = f" ({check.note})" if check.note else ""
-    return f"{name}, direction {check.subject}{place}" if check.subject else f"{name}{place}"
+    full = f"{name}, direction {check.subject}" if check.subject else name
+    return f"{full} ({check.note})" if check.note else full
 
 
 def value(check: Check) -> str:
@@ -143,8 +147,8 @@ def moved(verdict: Assessment) -> str:
         return ""
     share = next((sizes[name] for name in SHARES if name in sizes and sizes[name].value is not None), None)
     doubts = {check.reason for check in sizes.values() if check.name in SHARES and check.limits is not None}
-    least = "at least " if doubts - {"", NO_UNCERTAINTY, WITHIN_UNCERTAINTY} else ""
-    return f"{least}{brief(largest)}" + (f", {brief(share)} {SHARES[share.name]}" if share is not None else "")
+    size = brief(largest) if share is None else f"{brief(largest)}, {brief(share)} {SHARES[share.name]}"
+    return f"at least {size}" if doubts - {"", NO_UNCERTAINTY, WITHIN_UNCERTAINTY} else size
 
 
 def meaning(verdict: Assessment) -> str:
@@ -225,8 +229,7 @@ def _reasons(verdict: Assessment) -> Iterator[str]:
     worst = [check for check in verdict.checks if check.level is verdict.level and verdict.level is not Level.NORMAL]
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
     if exceeded and verdict.level is not Level.UNDECIDED:
-        more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
-        yield f"{within(title(exceeded[0]))} {brief(exceeded[0])}{more}"
+        yield _and_more(f"{within(title(exceeded[0]))} {brief(exceeded[0])}", len(exceeded))
     if verdict.level is Level.NO_DATA:
         yield (verdict.unusable or verdict.silence).rstrip(".")
     if verdict.level is Level.UNDECIDED:
@@ -234,8 +237,7 @@ def _reasons(verdict: Assessment) -> Iterator[str]:
         if unclear:
             yield f"{unclear} of {len(verdict.checks)} checks undecided"
     if alerts := [one for one in verdict.alerts if one.level is verdict.level]:
-        more = f" and {len(alerts) - 1} more" if len(alerts) > 1 else ""
-        yield f"{alerts[0].summary}{more}"
+        yield _and_more(alerts[0].summary, len(alerts))
     if verdict.provisional:
         yield "provisional"
     if verdict.unseen:
@@ -244,3 +246,8 @@ def _reasons(verdict: Assessment) -> Iterator[str]:
         yield f"{within(title(worst[0]))} undecided"
     if verdict.level is Level.NORMAL:
         yield f"{len(verdict.checks)} of {len(verdict.checks)} checks passed"
+
+
+def _and_more(first: str, count: int) -> str:
+    """The first of so many."""
+    return f"{first} and {count - 1} more" if count > 1 else first

@@ -64,7 +64,7 @@ class Section:
         """`10 floors; 13 sensors: 12 working, 1 suspect`."""
         states = [one.state for one in self.sensors]
         counts = [f"{states.count(state)} {state}" for state in (WORKS, SUSPECT, SILENT, UNSEEN) if state in states]
-        return f"{len(self.floors)} levels above the isolators; {len(states)} sensors: {', '.join(counts)}"
+        return f"{len(self.floors)} levels above the isolators; " + f"{len(states)} sensors: {', '.join(counts)}"
 
 
 def section(session: Session, standing: Standing) -> Section:

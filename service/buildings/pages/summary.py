@@ -12,7 +12,7 @@ from service.db.select import Question
 from service.records import queries as record_queries
 from service.records.tables import SourceState
 from service.verdict import reading, texts
-from service.verdict.assessment import ACTIVE, DATA, Assessment
+from service.verdict.assessment import ACTIVE, CLOCKS, DATA, SENSORS, Assessment
 from service.verdict.checks import Level, Outcome
 from service.verdict.reading import Standing
 
@@ -115,6 +115,8 @@ def _problems(one: Standing, failing: SourceState | None, rejected: int) -> Iter
     for alert in one.verdict.alerts:
         if alert.kind in OF_DATA and alert.state in ACTIVE:
             yield Problem(alert.summary, f"/alerts/{alert.id}")
+    told = {f"{alert.summary}." for alert in one.verdict.alerts}
     for check in one.verdict.checks:
-        if check.name == DATA and check.outcome is Outcome.UNDECIDED and one.event is not None:
+        is_open = check.name in (DATA, SENSORS, CLOCKS) and check.outcome is Outcome.UNDECIDED
+        if is_open and check.reason not in told and one.event is not None:
             yield Problem(check.reason, f"/events/{one.event.id}")

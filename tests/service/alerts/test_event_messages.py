@@ -27,13 +27,13 @@ def test_an_earthquake_is_reported_once_in_local_time_with_what_is_undecided(ses
         "note",
     )
     assert reported.subject.startswith(
-        "Earthquake of 1 January 2024, 09:00 (JST): isolators moved 24 mm, undecided: 10 of 11"
+        "Earthquake of 1 January 2024, 09:00 (JST): isolators moved 24 mm, undecided: 11 of 14"
     )
     assert "moved by 24 mm at most" in reported.sentences[0]
     assert reported.sentences[1].startswith(
         "Undecided. Menshin cannot decide whether the isolators are within their limits"
     )
-    assert reported.sentences[2] == "1 of 11 checks passed."
+    assert reported.sentences[2] == "3 of 14 checks passed."
     assert (
         "Undecided: Change of stiffness, direction x. This earthquake has not been compared" in reported.sentences[-1]
     )

@@ -100,7 +100,7 @@ WRONG = {
         "rubber_height = 0.2",
         "colour = 1",
         "colour",
-        "known here: rubber_height, design_displacement, moat_clearance, damper_stroke, design",
+        "known here: rubber_height, design_displacement, moat_clearance, damper_stroke, rubber, installed, design",
     ),
     "displacement in mm": (
         "design_displacement = 0.4",

@@ -35,10 +35,10 @@ def test_a_normal_building_ends_with_zero_and_shows_every_check(sessions: sessio
     every, one = menshin("status"), menshin("status", "--building", code)
     assert (every.exit_code, one.exit_code) == (0, 0), every.output + one.output
     assert f"{code}, a tower" in every.output
-    assert "normal: 12 of 12 checks passed" in every.output
+    assert "normal: 15 of 15 checks passed" in every.output
     assert "This is not an inspection." in every.output
     assert f"{day(1):%Y-%m-%d %H:%M}" in every.output
-    assert one.output.count("passed") == 12 + len(["12 of 12 checks passed"]) * 2
+    assert one.output.count("passed") == 15 + len(["15 of 15 checks passed"]) * 2
     assert "JMA instrumental intensity (unofficial, ground, x, y, z)" in one.output
     assert "Menshin's default; inspect by JSSI: 5-lower" in one.output
 

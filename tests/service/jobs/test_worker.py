@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import timedelta
 from hashlib import sha256
 from pathlib import Path
-from threading import Event as Signal
+from threading import Event as Signal, Timer
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,9 @@ from service.jobs import queue as job_queue, requests as job_requests
 from service.jobs.executors import end, local_processes
 from service.jobs.stages import Note
 from service.jobs.tables import Job
-from service.jobs.worker import Worker
+from service.jobs.worker import WARMED_AFTER, Worker
 from service.kinds import KINDS
+from service.models.warming import warm
 from service.records.ingest import ingest
 from service.records.tables import Event
 from service.settings import Settings
@@ -190,7 +191,9 @@ def test_a_job_that_takes_too_long_is_stopped_and_its_process_ends(
         before = computing()
         assert before
         busy.running[slow] = replace(busy.running[slow], started=time.monotonic() - 1001.0)
+        busy.is_warm = True
         busy.stop_cancelled()
+        assert not busy.is_warm, "its processes are new"
         assert [job.claim.kind for job in busy.running.values()] == [job_queue.ANALYSE]
         assert not other.done() or other.exception() is not None
         while busy.running:
@@ -254,3 +257,18 @@ def test_stopping_puts_claims_back_at_once(sessions: sessionmaker[Session], even
     stopped.run(stop)
     with sessions.begin() as session:
         assert job_queue.claim(session, NOW, timedelta(minutes=1))
+
+
+def test_processes_of_an_idle_worker_load_what_a_diagnosis_needs(sessions: sessionmaker[Session]) -> None:
+    processes = local_processes(1)
+    end(processes, SETTINGS)
+    idle, stop = Worker(sessions, processes, SETTINGS, KINDS, warming=warm), Signal()
+    ending = Timer(1.5 * WARMED_AFTER, stop.set)
+    ending.start()
+    try:
+        idle.run(stop)
+        modules = processes().submit(eval, "set(__import__('sys').modules)").result(120.0)
+        assert modules >= {"core.model.force_kernels", "service.models.figures", "service.models.jobs"}
+    finally:
+        ending.join()
+        end(processes, SETTINGS)

@@ -31,10 +31,12 @@ def test_a_page_is_in_the_preferred_language_until_another_is_chosen(database_ur
         assert page.headers["Content-Language"] == "ja"
         assert "Accept-Language" in page.headers["Vary"]
         assert 'aria-label="言語"' in page.text
-        chosen = asking.post("/language", data={"language": "en", "next": "/login"}, follow_redirects=False)
-        assert (chosen.status_code, chosen.headers["Location"]) == (303, "/login")
+        there = {"Referer": f"{asking.base_url}/login?next=%2Fkeys"}
+        chosen = asking.post("/language", data={"language": "en"}, headers=there, follow_redirects=False)
+        assert (chosen.status_code, chosen.headers["Location"]) == (303, "/login?next=%2Fkeys")
         page = asking.get("/login", headers={"Accept-Language": "ja"})
         assert '<html lang="en">' in page.text
-        elsewhere = asking.post("/language", data={"language": "ja", "next": "//else.where/"}, follow_redirects=False)
+        there = {"Referer": "http://else.where/login"}
+        elsewhere = asking.post("/language", data={"language": "ja"}, headers=there, follow_redirects=False)
         assert elsewhere.headers["Location"] == "/"
         assert asking.post("/language", data={"language": "xx"}, follow_redirects=False).is_client_error

@@ -13,6 +13,7 @@ JAPANESE = Catalogue(
         "direction {subject}": "{subject} 方向",
         "{0} of {1} checks passed.": "{1} 項目中 {0} 項目が合格。",
         "{0} alert{1} open": "未解決の警報 {0} 件",
+        "{0} of {1}": "{1} の {0}",
         "the isolators moved {length}": "免震層の変位は {length}",
         "They carry the building. Have them inspected.": "免震装置は建物を支えます。点検を受けてください。",
         "{what} that is {size} % off agrees with all": "{what}の誤差 {size} %（整合）",
@@ -32,6 +33,9 @@ JAPANESE = Catalogue(
         ("Change of stiffness, direction x", "剛性の変化（x 方向）"),
         ("Change of stiffness, direction x: inspect", "剛性の変化（x 方向）：点検"),
         ("8 of 9 checks passed. The isolators moved 12 mm.", "9 項目中 8 項目が合格。免震層の変位は 12 mm。"),
+        ("normal of x", "x の 正常"),
+        ("Change of stiffness 12.0 ± 0.3 %", "剛性の変化 12.0 ± 0.3 %"),
+        ("12 % normal", "12 % 正常"),
         ("1 alert open; 2 alerts open", "未解決の警報 1 件；未解決の警報 2 件"),
         ("inspect: the isolators moved 12 mm", "点検：免震層の変位は 12 mm"),
         (
@@ -49,7 +53,9 @@ def test_a_sentence_is_translated_with_what_stands_in_its_places(english: str, j
     assert JAPANESE.said(english) == japanese
 
 
-@pytest.mark.parametrize("text", ["", "12 mm", "KIS01", "Tower 29", "x" * 5000, "No message is like this one."])
+@pytest.mark.parametrize(
+    "text", ["", "12 mm", "KIS01", "Tower 29", "x" * 5000, "No message is like it.", "Lack of one"]
+)
 def test_what_no_message_fits_is_not_translated(text: str) -> None:
     assert JAPANESE.said(text) is None
 

@@ -21,6 +21,8 @@ CALM = Facts(
     layer=IsolationLayer(rubber_height=0.2, design_displacement=0.4, moat_clearance=0.5),
     displacement=Measured(value=0.02, uncertainty=0.001),
     residual=Measured(value=0.0, uncertainty=0.001),
+    rest_position=Measured(value=0.002, uncertainty=0.002),
+    travel=Measured(value=3.0, uncertainty=0.2),
     shaking=ShakingFacts(
         intensity=Measured(value=3.0, uncertainty=0.1),
         long_period=Measured(value=0.08, uncertainty=0.01),
@@ -30,6 +32,8 @@ CALM = Facts(
     largest_earlier=0.1,
     stiffness={"x": Measured(value=-0.01, uncertainty=0.02), "y": Measured(value=0.0, uncertainty=0.02)},
     data_problems=(),
+    sensor_problems=(),
+    clock_problems=(),
     alerts=(),
 )
 """Facts of an earthquake with nothing to weaken the statement."""
@@ -37,6 +41,11 @@ ALERT = OpenAlert(
     id=1, cause="stiffness/x", kind="deterioration", state="active", summary="8 % softer", low=-0.1, high=-0.06
 )
 BEYOND = replace(ALERT, id=2, cause="limits", kind="limit", exceeded=Level.INSPECT)
+LIMIT_OF_TRAVEL = {
+    "damper_travel": GivenLimits(watch=50.0, inspect=80.0, act=100.0, source="the maker of the dampers"),
+    "damper_stroke": GivenLimits(watch=0.5, inspect=0.8, act=1.0, source="the maker of the dampers"),
+}
+DATA_ALERT = replace(ALERT, id=3, cause="source", kind="data", low=None, high=None, summary="a clock is wrong")
 WEAKER: Mapping[str, Mapping[str, object]] = {
     "no usable record": {"unusable": "the base slab's record is missing"},
     "silent recorder": {"silence": "the server does not answer"},
@@ -57,12 +66,25 @@ WEAKER: Mapping[str, Mapping[str, object]] = {
     },
     "no residual displacement": {"residual": LACKING},
     "residual displacement": {"residual": Measured(value=-0.02, uncertainty=0.001)},
+    "no rest position": {"rest_position": LACKING},
+    "the rest position has moved": {"rest_position": Measured(value=-0.012, uncertainty=0.001)},
+    "an offset that is not known": {"rest_position": Measured(value=0.0, uncertainty=0.001, doubt="1 is not known.")},
+    "offsets whose errors add up": {"rest_position": Measured(value=0.0, uncertainty=0.011)},
     "shaking not computed": {"shaking": lacking(NOT_COMPUTED)},
     **{
         f"{name} at its watch limit": {"shaking": replace(CALM.shaking, **{name: Measured(value=v, uncertainty=0.0)})}
         for name, v in {"intensity": 3.5, "long_period": 0.15, "floor_acceleration": 2.0, "drift": 0.002}.items()
     },
     "dampers": {"layer": replace(CALM.layer, damper_stroke=0.5)},
+    "dampers without a known travel": {"limits": LIMIT_OF_TRAVEL, "travel": LACKING},
+    "dampers of which an earthquake is not known": {
+        "limits": LIMIT_OF_TRAVEL,
+        "travel": Measured(value=3.0, uncertainty=0.2, doubt="1 is not known."),
+    },
+    "dampers beyond the watch limit of their travel": {
+        "limits": LIMIT_OF_TRAVEL,
+        "travel": Measured(value=60.0, uncertainty=0.2),
+    },
     "first earthquake": {"largest_earlier": None},
     "beyond history": {"largest_earlier": 0.015},
     "history that is no number": {"largest_earlier": nan},
@@ -70,6 +92,9 @@ WEAKER: Mapping[str, Mapping[str, object]] = {
     "no direction at all": {"stiffness": {}},
     "softer": {"stiffness": {"x": Measured(value=-0.15, uncertainty=0.02)}},
     "data problem": {"data_problems": ("XX.A: clipped",)},
+    "sensor problem": {"sensor_problems": ("XX.A: dead",)},
+    "clock problem": {"clock_problems": ("XX.A: 0.2 s late",)},
+    "record not screened": {"data_problems": LACKING, "sensor_problems": LACKING, "clock_problems": LACKING},
     "earlier exceedance": {"alerts": (BEYOND,)},
     "alert that began later": {"alerts": (replace(ALERT, is_later=True),)},
     **{
@@ -84,8 +109,8 @@ def test_only_facts_without_any_weakness_are_normal() -> None:
     found = assess(CALM)
     assert found.level is Level.NORMAL
     assert {check.name for check in found.checks} == REQUIRED
-    assert " ".join(texts.sentences(found)) == "Normal. This is not an inspection. 12 of 12 checks passed."
-    assert texts.headline(found) == "normal: 12 of 12 checks passed"
+    assert " ".join(texts.sentences(found)) == "Normal. This is not an inspection. 15 of 15 checks passed."
+    assert texts.headline(found) == "normal: 15 of 15 checks passed"
 
 
 @pytest.mark.parametrize("weakness", WEAKER)
@@ -127,19 +152,31 @@ inspections = st.builds(
     covers=st.booleans(),
 )
 lengths = st.none() | st.floats(0.1, 1)
+found = st.lists(st.just("clipped"), max_size=1).map(tuple) | st.just(LACKING)
 facts = st.builds(
     Facts,
     unusable=st.sampled_from(["", "", "no record"]),
     silence=st.sampled_from(["", "", "no answer"]),
     provisional=st.sampled_from(["", "", "files are coming in"]),
     unseen=st.sampled_from(["", "", "The earthquake of 2024-01-01 00:00 UTC has no usable record"]),
-    layer=st.builds(IsolationLayer, rubber_height=lengths, design_displacement=lengths, moat_clearance=lengths),
+    layer=st.builds(
+        IsolationLayer,
+        rubber_height=lengths,
+        design_displacement=lengths,
+        moat_clearance=lengths,
+        damper_stroke=st.none() | lengths,
+    ),
+    limits=st.sampled_from([{}, {"damper_travel": LIMIT_OF_TRAVEL["damper_travel"]}]),
     displacement=values,
     residual=values,
+    rest_position=values,
+    travel=values,
     shaking=st.builds(ShakingFacts, intensity=values, long_period=values, floor_acceleration=values, drift=values),
     largest_earlier=numbers,
     stiffness=st.dictionaries(st.sampled_from("xy"), values),
-    data_problems=st.lists(st.just("clipped"), max_size=1).map(tuple),
+    data_problems=found,
+    sensor_problems=found,
+    clock_problems=found,
     alerts=st.lists(alerts, max_size=2).map(tuple),
     inspection=st.none() | inspections,
 )
@@ -147,14 +184,20 @@ facts = st.builds(
 
 def is_weak(of: Facts) -> bool:
     """True if anything is open, undecided, provisional or beyond history: written without the code under test."""
-    if of.unusable or of.silence or of.provisional or of.unseen or of.data_problems or of.alerts or not of.stiffness:
+    if of.unusable or of.silence or of.provisional or of.unseen or of.alerts or not of.stiffness:
         return True
-    layer, moved, left = of.layer, of.displacement, of.residual
+    if of.data_problems or of.sensor_problems or of.clock_problems:
+        return True
+    layer, moved, left, rests = of.layer, of.displacement, of.residual, of.rest_position
     lengths = (layer.rubber_height, layer.design_displacement, layer.moat_clearance, of.largest_earlier)
-    if isinstance(moved, Lacking) or isinstance(left, Lacking) or any(one is None for one in lengths):
+    if any(isinstance(one, Lacking) for one in (moved, left, rests)) or any(one is None for one in lengths):
         return True
     least = min(1.0 * lengths[0], 0.33 * lengths[1], 0.5 * lengths[2], lengths[3])  # type: ignore[operator]
-    surely = [(moved, abs(moved.value), least), (left, abs(left.value), 0.010)]
+    surely = [(moved, abs(moved.value), least), (left, abs(left.value), 0.010), (rests, abs(rests.value), 0.010)]
+    if layer.damper_stroke is not None or of.limits:  # the building has dampers
+        if layer.damper_stroke is None or isinstance(of.travel, Lacking) or not of.limits:
+            return True
+        surely += [(moved, abs(moved.value), 0.5 * layer.damper_stroke), (of.travel, abs(of.travel.value), 50.0)]
     above = (of.shaking.intensity, of.shaking.long_period, of.shaking.floor_acceleration, of.shaking.drift)
     for one, limit in zip(above, (3.5, 0.15, 2.0, 0.002), strict=True):
         if isinstance(one, Lacking):
@@ -184,7 +227,7 @@ def test_no_path_leads_to_a_good_statement_while_anything_is_open(of: Facts) -> 
 @given(facts)
 @settings(derandomize=True)
 def test_more_trouble_never_makes_it_better(of: Facts) -> None:
-    worse = replace(of, alerts=(*of.alerts, BEYOND), data_problems=("clipped",))
+    worse = replace(of, alerts=(*of.alerts, BEYOND), data_problems=("clipped",), clock_problems=("late",))
     assert assess(worse).level.rank >= max(assess(of).level.rank, Level.INSPECT.rank)
 
 
@@ -282,7 +325,7 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
 def test_an_undecided_check_names_what_is_needed_to_decide() -> None:
     found = assess(replace(CALM, layer=replace(CALM.layer, design_displacement=None)))
     assert found.level is Level.UNDECIDED
-    assert texts.headline(found) == "undecided: 1 of 12 checks undecided"
+    assert texts.headline(found) == "undecided: 1 of 15 checks undecided"
     assert (
         "Undecided: Displacement as a share of the design displacement. The building file gives no "
         "design_displacement. Give design_displacement under [isolation] in the building file."
@@ -304,6 +347,19 @@ def left(value: float, u: float = 0.001) -> dict[str, object]:
     return {"residual": Measured(value=value, uncertainty=u)}
 
 
+def rests(value: float, u: float = 0.001, doubt: str = "") -> dict[str, object]:
+    return {"rest_position": Measured(value=value, uncertainty=u, doubt=doubt)}
+
+
+def dampers(travel: float, doubt: str = "") -> dict[str, object]:
+    """Dampers of a rated stroke of 600 mm and a rated travel of 100 m, after so much of it."""
+    return {
+        "layer": replace(CALM.layer, damper_stroke=0.6),
+        "limits": LIMIT_OF_TRAVEL,
+        "travel": Measured(value=travel, uncertainty=0.05 * travel, doubt=doubt),
+    }
+
+
 def shaken(**values: Measured | Lacking) -> dict[str, object]:
     return {"shaking": replace(CALM.shaking, **values)}
 
@@ -322,7 +378,16 @@ SITUATIONS: list[tuple[str, Level, dict[str, object]]] = [
     ("the first earthquake", Level.UNDECIDED, {"largest_earlier": None}),
     ("no baseline yet", Level.UNDECIDED, {"stiffness": {"x": LACKING, "y": LACKING}}),
     ("files still come in", Level.UNDECIDED, {"provisional": "its files are still coming in"}),
-    ("a clipped channel", Level.UNDECIDED, {"data_problems": ("XX.A: clipped",)}),
+    ("files that do not fit together", Level.UNDECIDED, {"data_problems": ("two files differ",)}),
+    ("a clipped channel", Level.UNDECIDED, {"sensor_problems": ("XX.A: clipped",)}),
+    ("a clock that jumps", Level.UNDECIDED, {"clock_problems": ("XX.A: the clock jumps by 0.2 s",)}),
+    ("a recorder whose clock is wrong", Level.UNDECIDED, {"alerts": (replace(DATA_ALERT, cause="clock/recorder"),)}),
+    ("a sensor that no longer records", Level.UNDECIDED, {"alerts": (replace(DATA_ALERT, cause="channel/XX.A"),)}),
+    (
+        "a clock that went wrong after the earthquake",
+        Level.WATCH,
+        {"alerts": (replace(DATA_ALERT, cause="clock/recorder", is_later=True),)},
+    ),
     ("no transducer", Level.UNDECIDED, {"residual": LACKING}),
     (
         "the record of y is missing",
@@ -331,6 +396,13 @@ SITUATIONS: list[tuple[str, Level, dict[str, object]]] = [
     ),
     ("an analysis of an earlier version", Level.UNDECIDED, {"shaking": lacking(NOT_COMPUTED)}),
     ("a building file without its moat", Level.UNDECIDED, {"layer": replace(CALM.layer, moat_clearance=None)}),
+    ("dampers within the limits of stroke and travel", Level.NORMAL, dampers(30.0)),
+    ("dampers at half of their travel", Level.WATCH, dampers(60.0)),
+    ("dampers near the end of their travel", Level.INSPECT, dampers(90.0)),
+    ("dampers at the end of their travel", Level.ACT, dampers(120.0)),
+    ("dampers whose travel is a lower bound", Level.UNDECIDED, dampers(30.0, "1 earthquake is not known.")),
+    ("dampers whose lower bound is beyond", Level.INSPECT, dampers(90.0, "1 earthquake is not known.")),
+    ("a limit of the travel within its uncertainty", Level.INSPECT, dampers(98.0)),
     ("dampers without a limit of their travel", Level.UNDECIDED, {"layer": replace(CALM.layer, damper_stroke=0.6)}),
     ("no usable record", Level.NO_DATA, {"unusable": "the base slab's record is missing"}),
     ("a silent recorder", Level.NO_DATA, {"silence": "the server does not answer"}),
@@ -348,6 +420,11 @@ SITUATIONS: list[tuple[str, Level, dict[str, object]]] = [
     ("an offset of 15 mm", Level.WATCH, left(0.015)),
     ("an offset of 40 mm", Level.INSPECT, left(-0.04)),
     ("an offset of 60 mm", Level.ACT, left(0.06)),
+    ("offsets that add up to 15 mm", Level.WATCH, rests(0.015)),
+    ("offsets that add up to 40 mm", Level.INSPECT, rests(-0.04)),
+    ("offsets that add up to 60 mm", Level.ACT, rests(0.06)),
+    ("the offset of an earlier earthquake is not known", Level.UNDECIDED, rests(0.001, doubt="1 is not known.")),
+    ("so many offsets that their errors reach the limit", Level.UNDECIDED, rests(0.005, 0.006)),
     ("intensity 3.7", Level.WATCH, shaken(intensity=exactly(3.7))),
     ("intensity 5-lower", Level.INSPECT, shaken(intensity=exactly(4.5))),
     (

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
+from math import hypot, sqrt
 
 import pytest
 from alert_candidates import gain_error, softer_isolators, stopped_data
@@ -18,13 +19,13 @@ from service.alerts.tables import Alert, BuildingInspection
 from service.analyses.tables import Analysis, DirectionResult, ShakingResult
 from service.buildings.tables import Building
 from service.drift.alert_candidates import limit_candidates
-from service.drift.tables import DriftValue, MonitoredSeries
+from service.drift.tables import DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs import queue as job_queue
 from service.notify.tables import Message
 from service.records.tables import Event
 from service.verdict import earthquakes, reading, texts
 from service.verdict.assessment import Result
-from service.verdict.checks import Level, Outcome
+from service.verdict.checks import Check, Level, Outcome
 
 GOOD = ("normal", "this is not an inspection", "nothing", "all clear")
 
@@ -55,8 +56,8 @@ def test_an_earthquake_within_every_limit_is_normal_with_a_note_that_this_is_no_
     assert levels(session, event) == {Level.NORMAL}
     message = reported(session, event)
     assert (message.kind, message.severity) == ("event", "normal")
-    assert message.subject.endswith(": isolators moved 20 mm, normal: 12 of 12 checks passed")
-    assert message.sentences[-2:] == ["Normal. This is not an inspection.", "12 of 12 checks passed."]
+    assert message.subject.endswith(": isolators moved 20 mm, normal: 15 of 15 checks passed")
+    assert message.sentences[-2:] == ["Normal. This is not an inspection.", "15 of 15 checks passed."]
     assert message.data["verdict"]["level"] == "normal"
 
 
@@ -89,6 +90,24 @@ def _of_result(**changed: object) -> Callable[[Session, Event], None]:
     return change
 
 
+def _earlier(**changed: object) -> Callable[[Session, Event], None]:
+    """The building's first earthquake left something else."""
+
+    def change(session: Session, event: Event) -> None:
+        first = session.query(Event).filter_by(building_id=event.building_id).order_by(Event.start).first()
+        assert first is not None
+        for name, new in changed.items():
+            setattr(_result(session, first, "x"), name, new)
+
+    return change
+
+
+def _found(kind: str) -> Callable[[Session, Event], None]:
+    """A warning of the data quality checks."""
+    finding = {"kind": kind, "severity": "warning", "message": "a problem", "channel": "XX.A", "value": None}
+    return lambda session, event: setattr(_analysis(session, event), "quality", [finding])
+
+
 def _stopped(session: Session, event: Event) -> None:
     reconcile(session, event.building_id, [stopped_data("disk")], "clock", event.end)
 
@@ -111,6 +130,12 @@ WEAKER: dict[str, Callable[[Session, Event], None]] = {
     "no displacement": _of_result(peak_displacement=None),
     "unknown uncertainty": _of_result(peak_displacement_std=None),
     "no residual displacement": _of_result(residual_displacement=None),
+    "an earlier offset is not known": _earlier(residual_displacement=None),
+    "the error of an earlier offset is not known": _earlier(residual_displacement_std=None),
+    "an earlier offset": _earlier(residual_displacement=-0.012),
+    "a dead sensor": _found("dead"),
+    "a clock that jumps": _found("clock"),
+    "files that do not fit together": _found("record"),
     "it belongs to the reference": _values(is_reference=True),
     "amplitudes beyond the reference": _values(is_beyond=True),
     "a sensor keeps it out": _values(is_excluded=True),
@@ -140,7 +165,7 @@ def test_a_building_file_without_a_limit_leaves_its_check_undecided(session: Ses
     add_comparison(session, event)
     message = reported(session, event)
     assert message.severity == "note"
-    assert "undecided: 1 of 12 checks undecided" in message.subject
+    assert "undecided: 1 of 15 checks undecided" in message.subject
     assert "under [isolation] in the building file." in message.sentences[-1]
     assert not any(word in printed(message) for word in GOOD)
 
@@ -149,7 +174,7 @@ def test_data_problems_leave_it_undecided(session: Session, of: Building) -> Non
     event = earthquake(session, of, day(1), quality=("XX.A: 4 spikes were removed",))
     add_comparison(session, event)
     assert levels(session, event) == {Level.UNDECIDED}
-    assert "Data quality. XX.A: 4 spikes were removed." in reported(session, event).sentences[-1]
+    assert "Health of the sensors. XX.A: 4 spikes were removed." in reported(session, event).sentences[-1]
 
 
 def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(session: Session, of: Building) -> None:
@@ -412,3 +437,117 @@ def test_many_earthquakes_at_once_have_the_verdicts_of_each(session: Session, of
         every = earthquakes.of_events(session, of, events, at)
         assert every == [reading.of_event(session, event, at) for event in events]
     assert len({one.level for one in every}) > 2
+
+
+def check(session: Session, event: Event, name: str) -> Check:
+    """A check of the earthquake, which is the same in a list and, of the last one, for its building."""
+    session.flush()
+    session.expire_all()
+    of = session.get_one(Building, event.building_id)
+    assert earthquakes.of_events(session, of, [event]) == [reading.of_event(session, event)]
+    [found] = [one for one in reading.of_event(session, event).checks if one.name == name]
+    last = session.query(Event).filter_by(building_id=of.id).order_by(Event.start.desc()).first()
+    assert event is not last or found in reading.of_building(session, of).checks
+    return found
+
+
+def _left(session: Session, event: Event, x: float | None, y: float | None) -> None:
+    for direction, value in (("x", x), ("y", y)):
+        _result(session, event, direction).residual_displacement = value
+
+
+def test_offsets_add_up_in_each_direction_until_a_new_reference_period(session: Session, of: Building) -> None:
+    events = [*session.query(Event).filter_by(building_id=of.id), *(earthquake(session, of, day(n)) for n in (1, 2, 3))]
+    for event, (x, y) in zip(events, [(0.006, 0.0), (0.009, 0.004), (-0.003, 0.004), (0.012, 0.002)], strict=True):
+        _left(session, event, x, y)
+    for event, x, y in zip(events, [0.006, 0.015, 0.012, 0.024], [0.0, 0.004, 0.008, 0.010], strict=True):
+        found = [one for one in reading.of_event(session, event).checks if one.name == "rest_position"]
+        assert found[0].value == pytest.approx(hypot(x, y))
+    last = check(session, events[-1], "rest_position")
+    assert last.level is Level.WATCH
+    assert last.uncertainty == pytest.approx(2 * sqrt(2 * 4) * 2e-4), "four errors of 0.2 mm in each direction"
+    assert last.note == "4 earthquakes since 2024-01-01"
+    period = {"quantity": "residual_displacement", "end": None, "author": "Jo", "reason": "surveyed"}
+    for subject, start in (("x", day(3)), (None, day(2))):
+        session.add(ReferencePeriod(building_id=of.id, subject=subject, start=start, created_at=day(4), **period))
+        session.flush()
+    session.add(ReferencePeriod(building_id=of.id, quantity="stiffness", created_at=day(4), author="Jo", reason="-"))
+    again = check(session, events[-1], "rest_position")
+    assert again.value == pytest.approx(hypot(0.009, 0.006)), "the latest period that applies begins on day 2"
+    assert again.note == "2 earthquakes since 2024-01-03"
+
+
+def test_an_offset_that_is_not_known_counts_until_an_inspection(session: Session, of: Building) -> None:
+    missed, later = (earthquake(session, of, day(number)) for number in (1, 4))
+    add_comparison(session, later)
+    missed.state, missed.reason = "refused", "the base slab's record is missing"
+    _analysis(session, missed).refusal = missed.reason
+    found = check(session, later, "rest_position")
+    assert found.outcome is Outcome.UNDECIDED
+    assert found.value == pytest.approx(hypot(0.001, 0.001))
+    assert found.reason == f"The offset in 1 earthquake is not known, the last of {missed.start:%Y-%m-%d %H:%M} UTC."
+    assert "survey the rest position" in found.remedy
+    row = {"by": "Jo", "comment": "seen", "level": "undecided", "headline": "", "recorded_at": day(5)}
+    session.add(BuildingInspection(building_id=of.id, result=Result.FIT, inspected_at=day(2), **row))
+    found = check(session, later, "rest_position")
+    assert found.outcome is Outcome.PASSED
+    assert found.note == "2 earthquakes since 2024-01-01, without 1 not recorded but inspected"
+    assert levels(session, later) == {Level.NORMAL}
+
+
+DAMPERS = """damper_stroke = 0.6
+design_displacement = 0.4
+moat_clearance = 0.5
+[limits]
+damper_travel = { watch = 2.5, inspect = 3.5, act = 5, source = "maker" }
+"""
+
+
+def test_the_travel_of_the_dampers_adds_up_and_lacks_what_was_not_recorded(session: Session) -> None:
+    of = building(session, DAMPERS)
+    events = [earthquake(session, of, day(number)) for number in (1, 2, 3)]
+    for event in events:
+        add_comparison(session, event)
+    levels_of = [reading.of_event(session, event).level for event in events]
+    assert levels_of == [Level.NORMAL, Level.WATCH, Level.INSPECT], "1 m in each, after 1 m in the first"
+    found = check(session, events[-1], "damper_travel")
+    assert found.value == 4.0
+    assert found.uncertainty == pytest.approx(0.2)
+    assert found.note == "4 earthquakes since 2024-01-01"
+    found_limits(session, of, day(3) + SOON)
+    [alert] = session.query(Alert)
+    assert (alert.cause, alert.onset_event_id) == ("limits", events[-1].id)
+    _analysis(session, events[0]).shaking.travel = None  # type: ignore[union-attr]
+    found = check(session, events[-1], "damper_travel")
+    assert (found.outcome, found.value, found.level) == (Outcome.EXCEEDED, 3.0, Level.UNDECIDED)
+    assert found.reason == f"The path in 1 earthquake is not known, the last of {events[0].start:%Y-%m-%d %H:%M} UTC."
+    found = check(session, events[1], "damper_travel")
+    assert (found.outcome, found.value) == (Outcome.UNDECIDED, 2.0), "a lower bound passes no limit"
+
+
+def test_dampers_without_a_limit_of_their_travel_show_how_far_they_went(session: Session) -> None:
+    event = earthquake(session, building(session, "damper_stroke = 0.6\n"), day(1))
+    found = check(session, event, "damper_travel")
+    assert (found.outcome, found.value, found.limits) == (Outcome.UNDECIDED, 2.0, None)
+    assert found.remedy.startswith("Give damper_travel under [limits]")
+
+
+def test_offsets_that_add_up_beyond_a_limit_stay_open_until_an_inspection(session: Session, of: Building) -> None:
+    """Later earthquakes may move the isolators back: without an alert the level would fall by itself."""
+    small, back = (earthquake(session, of, day(number)) for number in (1, 2))
+    for event, x in ((small, 0.031), (back, -0.02)):
+        _left(session, event, x, 0.0)
+        add_comparison(session, event)
+    _left(session, session.query(Event).filter_by(building_id=of.id).order_by(Event.start)[0], 0.004, 0.0)
+    _left(session, small, 0.028, 0.0)
+    found_limits(session, of, day(2) + SOON)
+    assert check(session, small, "residual_displacement").level is Level.WATCH
+    assert check(session, small, "rest_position").level is Level.INSPECT
+    assert check(session, back, "rest_position").level is Level.WATCH
+    assert levels(session, back) == {Level.INSPECT}
+    [alert] = session.query(Alert)
+    assert alert.onset_event_id == small.id
+    assert "Rest position" in alert.summary
+    operator_actions.inspect(session, alert, "Jo", "confirmed", "bearings turned back", None, day(3))
+    found_limits(session, of, day(3) + SOON)
+    assert levels(session, back) == {Level.WATCH}
