@@ -98,7 +98,9 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     ),
     "verdict": (
         "service/http/templates/verdict_parts.html",
+        "service/verdict/accumulated.py",
         "service/verdict/assessment.py",
+        "service/verdict/earthquakes.py",
         "service/verdict/checks.py",
         "service/verdict/limits.py",
         "service/verdict/measured.py",

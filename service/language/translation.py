@@ -146,8 +146,8 @@ class Catalogue:
             self._varied(text, depth, is_whole=True)
             or self._split(text, depth, STRONG)
             or self._varied(text, depth, is_whole=False)
-            or self._split(text, depth, WEAK)
             or self._parenthesis(text, depth)
+            or self._split(text, depth, WEAK)
             or self._beside_quantity(text, depth)
         )
 

@@ -113,8 +113,9 @@ def _with_doubt(found: Measured | Lacking, total: Total, share: str, remedy: str
     note = counted if not total.inspected else f"{counted}, without {total.inspected} not recorded but inspected"
     doubts, remedies = [found.doubt], [found.remedy]
     if total.unknown:
-        last = "" if total.last_unknown is None else f", the last of {total.last_unknown:%Y-%m-%d %H:%M} UTC"
-        doubts.append(f"The {share} in {_earthquakes(total.unknown)} is not known{last}.")
+        where = f"The {share} in {_earthquakes(total.unknown)} is not known"
+        last = total.last_unknown
+        doubts.append(f"{where}." if last is None else f"{where}, the last of {last:%Y-%m-%d %H:%M} UTC.")
         remedies.append(remedy)
     return Measured(
         value=found.value,
