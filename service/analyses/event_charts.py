@@ -1,6 +1,6 @@
 """Charts of one earthquake for engineers: waveforms, spectra, peaks over height, parts of the force, cycles, loops."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -47,6 +47,7 @@ WIDTH = 820
 """Pixels, of a history."""
 
 Rows = list[dict[str, Any]]
+Expected = Callable[[alt.X, Callable[[str], alt.Y]], list[alt.Chart]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,7 +228,9 @@ def parts_of_force(*, time: Vector, force: Vector, std: Vector, rigid: Vector, m
     return apart
 
 
-def cycles(rows: Iterable[Any], this: datetime, quantity: str, names: tuple[str, str]) -> alt.LayerChart:
+def cycles(
+    rows: Iterable[Any], this: datetime, quantity: str, names: tuple[str, str], expected: Expected | None = None
+) -> alt.LayerChart:
     """k_eq or c_eq of every cycle over its amplitude, those of one earthquake in colour.
 
     Args:
@@ -235,6 +238,7 @@ def cycles(rows: Iterable[Any], this: datetime, quantity: str, names: tuple[str,
         this: start of that earthquake.
         quantity: `k_eq` or `c_eq`.
         names: title, and label of the axis with its unit, kN/mm or kN s/mm.
+        expected: draws what is expected along the axis of amplitudes and that of values, by its field.
     """
     title, label = names
     points: Rows = []
@@ -248,26 +252,28 @@ def cycles(rows: Iterable[Any], this: datetime, quantity: str, names: tuple[str,
     across = alt.X("amplitude:Q", title="displacement amplitude of the cycle (mm)").scale(
         type="log", nice=False, padding=12
     )
-    up = alt.Y("value:Q", title=label).scale(zero=True)
+
+    def up(field: str) -> alt.Y:
+        return alt.Y(f"{field}:Q", title=label).scale(zero=True)
+
     domain = alt.Scale(domain=[OTHERS, THIS], range=[GREY, ORANGE])
     colour = alt.Color("of:N", title=None, scale=domain, legend=alt.Legend(orient="top", symbolOpacity=1.0))
     hover = [alt.Tooltip("event:N", title="event (UTC)")]
     hover += shown_on_hover(amplitude="amplitude (mm)", value=label, std="standard deviation")
-    layers: list[alt.Chart] = []
+    layers: list[alt.Chart] = [] if expected is None else expected(across, up)
     for of, opacity in ((OTHERS, 0.6), (THIS, 1.0)):
         own = [row for row in points if row["of"] == of]
         if not own and points:  # a logarithmic axis of nothing has no extent
             continue
         base = alt.Chart(values(own))
         layers += [
-            base.mark_rule(opacity=opacity / 2).encode(
-                across, alt.Y("low:Q", title=label), alt.Y2("high:Q"), color=colour
-            ),
-            base.mark_circle(size=50, opacity=opacity).encode(across, up, color=colour, tooltip=hover),
+            base.mark_rule(opacity=opacity / 2).encode(across, up("low"), alt.Y2("high:Q"), color=colour),
+            base.mark_circle(size=50, opacity=opacity).encode(across, up("value"), color=colour, tooltip=hover),
         ]
+    subtitle = "" if expected is None else "line and band: expected, 95 % of earthquakes"
     return alt.LayerChart(
         layer=layers,
-        title=title,
+        title=alt.Title(title, subtitle=subtitle),
         width=400,
         height=320,
         config=CONFIG,
@@ -276,7 +282,10 @@ def cycles(rows: Iterable[Any], this: datetime, quantity: str, names: tuple[str,
 
 
 def overlaid_loops(
-    by_name: Mapping[str, tuple[Vector, Vector]], title: str, rubber_height: float | None = None
+    by_name: Mapping[str, tuple[Vector, Vector]],
+    title: str,
+    rubber_height: float | None = None,
+    rate: float | None = None,
 ) -> alt.LayerChart:
     """Loops of one or several earthquakes, with an axis of shear strain where the height of the rubber is known.
 
@@ -284,15 +293,18 @@ def overlaid_loops(
         by_name: displacement (m) and force (N), by the name of the loop.
         title: of the chart.
         rubber_height: m.
+        rate: Hz, of the samples, whose times are then shown.
     """
     largest = 1.05 * max((float(np.abs(u).max(initial=0.0)) for u, _ in by_name.values()), default=0.0) or 1e-3
     rows: Rows = [
         {"loop": name, "order": number, "displacement": brief(u[at] * MM), "force": brief(force[at] * KN)}
+        | ({} if rate is None else {"time": brief(at / rate)})
         for name, (u, force) in by_name.items()
         for number, at in enumerate(along_path(u, force, STEP))
     ]
     reach = [brief(-largest * MM), brief(largest * MM)]
-    hover = shown_on_hover(displacement="displacement (mm)", force="force (kN)")
+    hover = [] if rate is None else shown_on_hover(time="time (s)")
+    hover += shown_on_hover(displacement="displacement (mm)", force="force (kN)")
     if rubber_height is not None:
         rows = [row | {"strain": brief(row["displacement"] / MM / rubber_height * PERCENT)} for row in rows]
         hover += shown_on_hover(strain="shear strain (%)")

@@ -114,25 +114,14 @@ def loop(session: Session, result_id: int) -> Line:
     return row
 
 
-def rate(session: Session, result_id: int) -> float:
-    """Hz, of the histories of a direction's result.
-
-    Raises:
-        NotFoundError: there is no such result.
-    """
-    found = session.scalar(select(DirectionResult.rate).where(DirectionResult.id == result_id))
-    if found is None:
-        raise NotFoundError("result", result_id)
-    return found
-
-
 def direction_of(session: Session, result_id: int) -> Line:
-    """Event, its start and the direction of a direction's result.
+    """Event, its start, and analysis, direction, time of the first sample (`begun`) and rate (Hz) of a result.
 
     Raises:
         NotFoundError: there is no such result.
     """
-    columns = (Analysis.event_id.label("event"), Event.start, DirectionResult.direction)
+    own = (DirectionResult.analysis_id, DirectionResult.direction, DirectionResult.start.label("begun"))
+    columns = (Analysis.event_id.label("event"), Event.start, *own, DirectionResult.rate)
     query = select(*columns).select_from(DirectionResult).join(Analysis, Analysis.id == DirectionResult.analysis_id)
     query = query.join(Event, Event.id == Analysis.event_id).where(DirectionResult.id == result_id)
     row = session.execute(query).one_or_none()

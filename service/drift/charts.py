@@ -1,6 +1,6 @@
 """Pictures of drift: the baseline over amplitude, and the events' deviations from it over the years."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -52,24 +52,52 @@ SHADES = ((OLDER, True), (OLDER, False), (BLUE, True), (BLUE, False))
 def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str) -> alt.LayerChart:
     """The curve with its band, and the measurements of the latest event; bars are ± 1 standard deviation."""
     axes = CURVES[known.quantity]
-    curve = values([_curve_row(point, axes) for point in known.items])
-    seen = values([_curve_row(point, axes) for point in known.items if point.is_seen])
     points = values([_point_row(one, axes) for one in latest if one.amplitude is not None])
     x = alt.X("amplitude:Q", title=axes.amplitude).scale(type="log", nice=False).axis(tickCount=6, labelOverlap=True)
-    y = alt.Y("expected:Q", title=axes.value).scale(zero=False).axis(minExtent=WIDEST)
-    band = alt.Chart(curve).mark_area(color=BLUE, opacity=0.18).encode(x, alt.Y("low:Q", title=axes.value), y2="high:Q")
-    beyond = alt.Chart(curve).mark_line(color=BLUE, strokeWidth=1, strokeDash=[3, 3]).encode(x, y)
-    line = alt.Chart(seen).mark_line(color=BLUE, strokeWidth=2).encode(x, y)
-    bars = alt.Chart(points).mark_rule(color=ORANGE).encode(x, alt.Y("low:Q"), y2="high:Q")
+
+    def y(field: str) -> alt.Y:
+        return alt.Y(f"{field}:Q", title=axes.value).scale(zero=False).axis(minExtent=WIDEST)
+
+    bars = alt.Chart(points).mark_rule(color=ORANGE).encode(x, y("low"), y2="high:Q")
     tooltip = [
         alt.Tooltip("amplitude:Q", title=axes.amplitude, format=".3~g"),
         alt.Tooltip("value:Q", title=axes.value, format=".4~g"),
     ]
-    dots = alt.Chart(points).mark_circle(color=ORANGE, size=40, opacity=1).encode(x, alt.Y("value:Q"), tooltip=tooltip)
+    dots = alt.Chart(points).mark_circle(color=ORANGE, size=40, opacity=1).encode(x, y("value"), tooltip=tooltip)
     when = f" at {known.temperature:.0f} °C" if known.temperature is not None else ""
     heading = alt.Title(title, subtitle=f"line and band: expected{when}, 95 % of events; orange: the latest event")
-    chart = alt.LayerChart(layer=[band, beyond, line, bars, dots], title=heading, width=460, height=300, config=CONFIG)
+    layers = [*expected(known, x, y), bars, dots]
+    chart = alt.LayerChart(layer=layers, title=heading, width=460, height=300, config=CONFIG)
     return chart.properties(usermeta=LOG_OR_LINEAR)
+
+
+def expected(known: BaselineOut, x: alt.X, y: Callable[[str], alt.Y]) -> list[alt.Chart]:
+    """The curve with its band, dashed beyond the amplitudes of the reference.
+
+    Args:
+        known: a baseline with a curve.
+        x: the axis of amplitudes.
+        y: the axis of values, of a field.
+    """
+    axes = CURVES[known.quantity]
+    curve = values([_curve_row(point, axes) for point in known.items])
+    seen = values([_curve_row(point, axes) for point in known.items if point.is_seen])
+    tooltip = [
+        alt.Tooltip(f"{field}:Q", title=title, format=".4~g")
+        for field, title in {
+            "amplitude": axes.amplitude,
+            "expected": f"expected {axes.value}",
+            "low": "from",
+            "high": "to",
+        }.items()
+    ]
+    band = alt.Chart(curve).mark_area(color=BLUE, opacity=0.18).encode(x, y("low"), y2="high:Q")
+    beyond = (
+        alt.Chart(curve)
+        .mark_line(color=BLUE, strokeWidth=1, strokeDash=[3, 3])
+        .encode(x, y("expected"), tooltip=tooltip)
+    )
+    return [band, beyond, alt.Chart(seen).mark_line(color=BLUE, strokeWidth=2).encode(x, y("expected"))]
 
 
 def history(

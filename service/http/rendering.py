@@ -25,7 +25,7 @@ from service.jobs.schema import error_in_words
 from service.language.choice import LANGUAGES, spoken
 from service.language.translation import gettext, ngettext, said
 from service.reports import live, still
-from service.reports.charts import Picture, specification
+from service.reports.charts import DARK_STILLS, Picture, specification
 from service.reports.translated import translated
 from service.verdict import texts
 
@@ -44,6 +44,13 @@ POLICY = {
 }
 
 
+DARK_STILL = "<style>@media screen and (prefers-color-scheme: dark) {{{}}}</style>".format(
+    "".join(
+        f'[{part}="{light}"] {{ {part}: {dark} }} '
+        for part in ("fill", "stroke")
+        for light, dark in DARK_STILLS.items()
+    )
+)
 SECRETIVE = {"Referrer-Policy": "no-referrer", "Cache-Control": "no-store"}
 """Headers of a page that shows a secret, or whose address contains one."""
 
@@ -96,7 +103,7 @@ def specified(wanted: Form, specify: Callable[[], live.Spec], *identity: object)
     """The chart of a specification of Vega-Lite in the requested form; `identity` determines its content."""
     match wanted.form:
         case "svg":
-            return Tagged(lambda: still.svg(specify()).encode(), SVG, *identity)
+            return Tagged(lambda: _in_both_themes(still.svg(specify())).encode(), SVG, "both themes", *identity)
         case "json":
             return Tagged(lambda: orjson.dumps(translated(live.live(specify()))), JSON, "live", *identity)
         case "csv":
@@ -105,6 +112,11 @@ def specified(wanted: Form, specify: Callable[[], live.Spec], *identity: object)
             spec, address = specify(), wanted.request.url
             own = f"{address.path.removesuffix('html')}{{}}?{address.query}".format
             return page(wanted.request, "chart", title=said(live.title(spec)), tables=live.tables(spec), own=own)
+
+
+def _in_both_themes(svg: str) -> str:
+    """A picture that follows the theme of the page: browsers apply the scheme of a page to its pictures."""
+    return svg.replace(">", f">{DARK_STILL}", 1)
 
 
 def moment(context: Context, at: datetime, zone: str | None = None) -> str:

@@ -148,6 +148,16 @@ def of_event(session: Session, model_id: int, event_id: int) -> Sequence[ModelCo
     return [last[direction] for direction in sorted(last)]
 
 
+def current_forces(
+    session: Session, analysis_id: int, direction: str
+) -> Sequence[tuple[ModelVersion, ModelComparison]]:
+    """The current versions that were compared with an analysis in a direction, with their forces."""
+    query = select(ModelVersion, ModelComparison).join(ModelComparison.model).options(undefer(ModelComparison.force))
+    of_analysis = (ModelComparison.analysis_id == analysis_id, ModelComparison.direction == direction)
+    rows = session.execute(query.where(*of_analysis, ModelVersion.state == "current").order_by(ModelVersion.direction))
+    return [(version, compared) for version, compared in rows]
+
+
 def not_comparable(session: Session, building_id: int, directions: Collection[str]) -> Sequence[Event]:
     """Events that were analysed, but for refused or without the layer's motion in these directions; earliest first."""
     query = _analysed(building_id).where(~_has_motion(directions))

@@ -6,6 +6,7 @@ Units are those that engineers of isolated buildings read: mm, kN, kN/mm.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from datetime import UTC, datetime, timedelta
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import altair as alt
@@ -45,8 +46,14 @@ TWO_YEARS = timedelta(days=730)
 """Span of events beyond which colours are labelled by year."""
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
 INK, FAINT, DARK_ORANGE = "#1c2430", "#5b6675", "#8a4a08"
+MODELS = (INK, DARK_ORANGE)
+"""Colours of models; a direction has at most two that are current, its own and one of both directions."""
+MODEL_LINE = 1.8
+"""Pixels: a model shows at both sides of the estimate that is drawn on it."""
 DARK_COLOURS = {BLUE: "#7ab3ef", GREY: "#5f6a79", ORANGE: "#f0a04b", INK: "#e4e8ee", FAINT: "#9aa5b4"} | {
-    DARK_ORANGE: "#f0b45c"
+    DARK_ORANGE: "#f0b45c",
+    "white": "#14181f",
+    "#555": "#9aa5b4",
 }
 """Colours of the marks by those on white, for a dark page; `live.py` has them in every chart."""
 DARK_CONFIG = {
@@ -57,6 +64,8 @@ DARK_CONFIG = {
     "legend": {"labelColor": "#c3cad4", "titleColor": "#e4e8ee"},
     "text": {"color": "#e4e8ee"},
 }
+DARK_STILLS = DARK_COLOURS | {"#000": "#c3cad4", "black": "#c3cad4", "#888": "#5f6a79", "#e6e8eb": "#2c343f"}
+"""The same with the colours of axes and words, for still pictures on a dark page."""
 LOG_OR_LINEAR = {"log": ["x"]}
 """Metadata of a chart whose horizontal axis is logarithmic or linear, as the reader chooses."""
 WIDTH = 860
@@ -73,7 +82,14 @@ CONFIG = {
 
 
 def restoring_force(
-    *, time: Vector, displacement: Vector, force: Vector, std: Vector, title: str, subtitle: str = ""
+    *,
+    time: Vector,
+    displacement: Vector,
+    force: Vector,
+    std: Vector,
+    title: str,
+    subtitle: str = "",
+    models: Mapping[str, Vector] = MappingProxyType({}),
 ) -> alt.HConcatChart:
     """The loop beside the histories; a window brushed in the force history lights up in the loop.
 
@@ -84,18 +100,24 @@ def restoring_force(
         std: (n,) N, standard deviation of the force.
         title: what it is of.
         subtitle: a second line.
+        models: (n,) N, forces of at most len(MODELS) models for the same displacement, by the models' names.
     """
     brush = alt.selection_interval(encodings=["x"], name="window")
     kept = along_path(displacement, force, STEP)
     motion = _rows(kept, time=time, displacement=displacement * MM, force=force * KN)
     moved_rows = _rows(extremes(displacement, POINTS), time=time, displacement=displacement * MM)
     moved = _line(moved_rows, "displacement", "displacement (mm)").properties(width=HISTORY)
-    forces = force_history(time=time, force=force, std=std).properties(width=HISTORY)
+    forces = force_history(time=time, force=force, std=std, models=models).properties(width=HISTORY)
+    modelled = []
+    for (name, own), colour in zip(models.items(), MODELS, strict=False):
+        kept = along_path(displacement, own, STEP)
+        rows = _rows(kept, time=time, displacement=displacement * MM, force=own * KN)
+        modelled.append(_path(rows, colour, of_model(name)))
     histories = alt.vconcat(moved, forces.add_params(brush), spacing=12)
     heading = alt.Title(title, subtitle=subtitle)
     shown = _over_displacement(displacement, force)
     both: alt.HConcatChart = alt.hconcat(
-        _loop(motion, brush), histories, title=heading, description=shown, spacing=30, config=CONFIG
+        _loop(motion, brush, modelled), histories, title=heading, description=shown, spacing=30, config=CONFIG
     )
     shown_apart: alt.HConcatChart = both.resolve_scale(color="independent")  # the legend is that of the force history
     return shown_apart
@@ -127,25 +149,51 @@ def _most(values: Vector) -> str:
     return f"{values.max():.3g}"
 
 
-def force_history(*, time: Vector, force: Vector, std: Vector) -> alt.LayerChart:
-    """Restoring force (N) over time (s), with a band of ± 2 standard deviations (N)."""
-    return _banded(time, force * KN, std * KN, ("force", "force (kN)"))
+def force_history(
+    *, time: Vector, force: Vector, std: Vector, models: Mapping[str, Vector] = MappingProxyType({})
+) -> alt.LayerChart:
+    """Restoring force (N) over time (s), with a band of ± 2 standard deviations (N), and forces of models by name."""
+    named = {of_model(name): own * KN for name, own in models.items()}
+    return _banded(time, force * KN, std * KN, ("force", "force (kN)"), named)
 
 
-def _banded(time: Vector, values: Vector, std: Vector, quantity: tuple[str, str]) -> alt.LayerChart:
-    """A history with its band, in the unit of the axis; the quantity by its name and its label."""
+def of_model(name: str) -> str:
+    """Name of a model's force in a chart."""
+    return f"force of model {name}"
+
+
+def begun_at(start: datetime, chart: Picture) -> Picture:
+    """The chart with the time from which it counts seconds, so that charts of a page show the same instant."""
+    shown: Picture = chart.properties(usermeta={"start": _milliseconds(start)})
+    return shown
+
+
+def _banded(
+    time: Vector,
+    values: Vector,
+    std: Vector,
+    quantity: tuple[str, str],
+    models: Mapping[str, Vector] = MappingProxyType({}),
+) -> alt.LayerChart:
+    """A history with its band on those of models, in the unit of the axis; the quantity by its name and its label."""
     name, label = quantity
     unit = label.rpartition("(")[2].removesuffix(")")
     columns = {"time": time, name: values, "low": values - 2 * std, "high": values + 2 * std}
     rows = _rows(extremes(values, POINTS), **columns)
     across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
-    colour = curves({ESTIMATE: BLUE, BAND: ORANGE})
+    colour = curves({ESTIMATE: BLUE, BAND: ORANGE} | dict(zip(models, MODELS, strict=False)))
     band = alt.Chart(rows).mark_area(opacity=0.3).encode(x=across, y="low:Q", y2="high:Q", color=colour)
     line = _line(rows, name, label).encode(
         color=colour,
         tooltip=_tooltips({"time": "time (s)", name: label, "low": f"from ({unit})", "high": f"to ({unit})"}),
     )
-    layers = [one.transform_calculate(curve=f"'{curve}'") for one, curve in ((band, BAND), (line, ESTIMATE))]
+    modelled = []
+    for model, own in models.items():
+        drawn = _line(_rows(extremes(own, POINTS), time=time, **{name: own}), name, label, MODEL_LINE)
+        tooltip = _tooltips({"time": "time (s)", name: f"{model} ({unit})"})
+        modelled.append((drawn.encode(color=colour, tooltip=tooltip), model))
+    drawn_in_order = ((band, BAND), *modelled, (line, ESTIMATE))
+    layers = [one.transform_calculate(curve=f"'{curve}'") for one, curve in drawn_in_order]
     return alt.LayerChart(layer=layers, width=400, height=150)
 
 
@@ -240,30 +288,32 @@ def brief(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _loop(rows: alt.InlineData, brush: alt.Parameter) -> alt.LayerChart:
-    """All of the loop in grey, the brushed part in colour; without a brush all is in colour."""
-    layers = [_path(rows, GREY), _path(rows, BLUE).transform_filter(brush)]
+def _loop(rows: alt.InlineData, brush: alt.Parameter, models: Sequence[alt.Chart]) -> alt.LayerChart:
+    """All of the loop in grey, the brushed part in colour, also of models; without a brush all is in colour."""
+    coloured = [one.transform_filter(brush) for one in (*models, _path(rows, BLUE))]
+    layers = [_path(rows, GREY), *coloured]
     return alt.LayerChart(layer=layers, width=400, height=380)
 
 
-def _path(rows: alt.InlineData, colour: str) -> alt.Chart:
+def _path(rows: alt.InlineData, colour: str, model: str = "") -> alt.Chart:
+    name, unit, width = (model, "kN", MODEL_LINE) if model else ("force", "kN", 1)
     chart: alt.Chart = (
         alt.Chart(rows)
-        .mark_line(color=colour, strokeWidth=1, strokeJoin="round")
+        .mark_line(color=colour, strokeWidth=width, strokeJoin="round")
         .encode(
             x=alt.X("displacement:Q", title="displacement of the isolation layer (mm)").axis(tickCount=TICKS),
             y=alt.Y("force:Q", title="restoring force (kN)"),
             order="time:Q",
-            tooltip=_tooltips({"time": "time (s)", "displacement": "displacement (mm)", "force": "force (kN)"}),
+            tooltip=_tooltips({"time": "time (s)", "displacement": "displacement (mm)", "force": f"{name} ({unit})"}),
         )
     )
     return chart
 
 
-def _line(rows: alt.InlineData, name: str, label: str) -> alt.Chart:
+def _line(rows: alt.InlineData, name: str, label: str, width: float = 1) -> alt.Chart:
     chart: alt.Chart = (
         alt.Chart(rows, width=400, height=150)
-        .mark_line(color=BLUE, strokeWidth=1)
+        .mark_line(color=BLUE, strokeWidth=width)
         .encode(
             x=alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False),
             y=alt.Y(f"{name}:Q", title=label).scale(zero=False),

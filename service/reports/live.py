@@ -5,7 +5,7 @@ A chart's tooltips name its fields with their units; hover and tables show these
 
 import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from copy import deepcopy
 from datetime import UTC, datetime
 from typing import Any
@@ -19,6 +19,8 @@ ROWS = ("hconcat", "vconcat", "concat")
 CONTINUOUS = frozenset({"quantitative", "temporal"})
 POINTED = frozenset({"line", "point", "circle"})
 """Marks of which the nearest is shown."""
+TIME = "time"
+"""Field of a point's time, s."""
 ZOOM = "wheel![event.ctrlKey]"
 """Without the key a wheel scrolls the page; a pinch on a touch pad counts as a wheel with it."""
 
@@ -33,12 +35,34 @@ def live(spec: Spec) -> Spec:
     """
     made = deepcopy({name: part for name, part in spec.items() if name != "datasets"})
     made["datasets"] = {name: [_rounded(row) for row in rows] for name, rows in spec.get("datasets", {}).items()}
-    brushed = {view for one in made.get("params", ()) for view in one.get("views", ())}
+    brushes = {view: one["name"] for one in made.get("params", ()) for view in one.get("views", ())}
+    panels = []
     for number, panel in enumerate(_panels(made)):
-        _add_zoom(panel, f"zoom_{number}", has_brush=any(_name(one) in brushed for one in _leaves(panel)))
+        curves = list(_curves(panel, made))
+        brush = next((brushes[view] for one in _leaves(panel) if (view := one.get("name")) in brushes), None)
+        axes = _add_zoom(panel, f"zoom_{number}", brushes)
         _add_nearest(panel, f"nearest_{number}")
-    made["usermeta"] = made.get("usermeta", {}) | {"dark": {"colours": DARK_COLOURS, "config": DARK_CONFIG}}
+        panels += [{"zoom": f"zoom_{number}", "axes": axes, "brush": brush, "curves": curves}] if axes else []
+    dark = {"colours": DARK_COLOURS, "config": DARK_CONFIG}
+    made["usermeta"] = made.get("usermeta", {}) | {"dark": dark, "panels": panels}
     return made
+
+
+def _curves(panel: Spec, spec: Spec) -> Iterator[dict[str, Any]]:
+    """The lines of a panel whose points have times: rows, fields and names, for a cursor."""
+    seen = set()
+    for unit in _inherited(panel, spec.get("data")):
+        encoding, data = unit["encoding"], unit["data"] or {}
+        titles = {one["field"]: one.get("title", one["field"]) for one in encoding.get("tooltip", ())}
+        rows = spec["datasets"].get(data.get("name"))
+        if _mark(unit) != "line" or TIME not in titles or not rows or data["name"] in seen:
+            continue
+        seen.add(data["name"])
+        x, y, of = (encoding.get(channel, {}).get("field") for channel in ("x", "y", "color"))
+        of = of if of in rows[0] else None
+        names = {axis: said(titles.get(field, field)) for axis, field in {"time": TIME, "x": x, "y": y}.items()}
+        labels = {label: said(label) for label in dict.fromkeys(row[of] for row in rows)} if of else {}
+        yield {"data": data["name"], "x": x, "y": y, "of": of, "names": names, "labels": labels}
 
 
 def _rounded(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -144,15 +168,19 @@ def _name(unit: Spec) -> str | None:
     return unit.get("name")
 
 
-def _add_zoom(panel: Spec, name: str, *, has_brush: bool) -> None:
-    """Zoom and pan along the continuous axes; where a window is brushed, dragging does not pan."""
-    encoding = next(_inherited(panel, None))["encoding"]
-    axes = [one for one in ("x", "y") if encoding.get(one, {}).get("type") in CONTINUOUS]
-    if len(axes) < 2:
-        return
-    axes = ["x"] if has_brush else axes
-    select = {"type": "interval", "encodings": axes, "zoom": ZOOM} | ({"translate": False} if has_brush else {})
-    next(_leaves(panel)).setdefault("params", []).append({"name": name, "select": select, "bind": "scales"})
+def _add_zoom(panel: Spec, name: str, brushed: Container[str | None]) -> dict[str, str]:
+    """Zoom and pan along the continuous axes, whose fields it returns; where a window is brushed, dragging brushes."""
+    has_brush = any(_name(one) in brushed for one in _leaves(panel))
+    for leaf, unit in zip(_leaves(panel), _inherited(panel, None), strict=True):
+        encoding = unit["encoding"]
+        fields = {one: encoding[one]["field"] for one in ("x", "y") if encoding.get(one, {}).get("type") in CONTINUOUS}
+        if len(fields) < len(("x", "y")) or _name(leaf) in brushed:  # Vega-Lite drops all but the brush of that layer
+            continue
+        axes = ["x"] if has_brush else list(fields)
+        select = {"type": "interval", "encodings": axes, "zoom": ZOOM} | ({"translate": False} if has_brush else {})
+        leaf.setdefault("params", []).append({"name": name, "select": select, "bind": "scales"})
+        return {axis: fields[axis] for axis in axes}
+    return {}
 
 
 def _add_nearest(panel: Spec, name: str) -> None:

@@ -1,5 +1,6 @@
 """Charts of one earthquake, and of two beside each other."""
 
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -14,17 +15,22 @@ from service.analyses.event_charts import Trace
 from service.analyses.schema import ShakingOut
 from service.buildings.store import described
 from service.db.blobs import decode
+from service.drift import charts as drift_charts, queries as drift_queries
+from service.drift.baseline import baseline_answer
 from service.errors import NotFoundError
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import As, picture
 from service.http.responses import TaggedRoute
 from service.records import queries as record_queries
 from service.records.tables import Event, Waveform
-from service.reports.charts import Picture
+from service.reports.charts import Picture, begun_at
 
 MOST_CHANNELS = 6
 """Channels of one chart: more would take more than a few hundred kilobytes."""
 CYCLE_TITLES = {"k_eq": "Equivalent stiffness k_eq", "c_eq": "Equivalent damping c_eq"}
+CURVE = 80
+"""Amplitudes of the expected curve."""
+MONITORED = {"k_eq": "stiffness", "c_eq": "damping"}
 CYCLE_LABELS = {"k_eq": "equivalent stiffness k_eq (kN/mm)", "c_eq": "equivalent damping c_eq (kN s/mm)"}
 
 router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)], route_class=TaggedRoute)
@@ -50,7 +56,7 @@ def waveforms(wanted: As, sessions: Reading, event: Number, channel: Channels) -
             place = f" ({sensor.level}, {sensor.direction or sensor.quantity})" if sensor else ""
             quantity = sensor.quantity if sensor else "as recorded"
             shown[name + place] = (quantity, [_trace(piece, of) for piece in each])
-        return event_charts.waveforms(shown)
+        return begun_at(of.start, event_charts.waveforms(shown))
 
     identity = [(piece.id, known.get(name)) for name, each in pieces.items() for piece in each]
     return picture(wanted, draw, "waveforms", identity)
@@ -99,13 +105,14 @@ def force_parts(wanted: As, sessions: Reading, result: Number) -> Response:
     """The restoring force over time with its band, and its parts."""
     names = ("force", "force_std_history", "force_rigid", "force_modal")
     with sessions() as session:
-        rate = queries.rate(session, result)
+        of = queries.direction_of(session, result)
         stored = queries.histories(session, result, names)
 
     def draw() -> Picture:
         force, std, rigid, modal = decoded(stored, "history of result", result)
-        time = np.arange(force.size) / rate
-        return event_charts.parts_of_force(time=time, force=force, std=std, rigid=rigid, modal=modal)
+        time = np.arange(force.size) / of.rate
+        chart = event_charts.parts_of_force(time=time, force=force, std=std, rigid=rigid, modal=modal)
+        return begun_at(of.begun, chart)
 
     return picture(wanted, draw, "force-parts", result)
 
@@ -118,15 +125,23 @@ def cycles(
     direction: Annotated[str, Query(pattern="^[xy]$")],
     quantity: Annotated[str, Query(pattern="^(k|c)_eq$")] = "k_eq",
 ) -> Response:
-    """Cycles of an earthquake among those of all others."""
+    """Cycles of an earthquake among those of all others, on what was expected at its temperature."""
     with sessions() as session:
-        of, _ = _of(session, event)
+        of, analysis = record_queries.event_with_analysis(session, event)
         rows = history.latest_cycles(session, of.building_id, direction, CYCLES)
+        series = drift_queries.every_series(session, of.building_id)
+        name = (MONITORED[quantity], direction)
+        monitored = next((one for one in series if (one.quantity, one.subject) == name), None)
+        code, temperature = of.building.code, analysis.temperature if analysis else None
 
     def draw() -> Picture:
-        return event_charts.cycles(rows, of.start, quantity, (CYCLE_TITLES[quantity], CYCLE_LABELS[quantity]))
+        names = (CYCLE_TITLES[quantity], CYCLE_LABELS[quantity])
+        known = None if monitored is None else baseline_answer(code, monitored, temperature, CURVE)
+        expected = partial(drift_charts.expected, known) if known and known.items else None
+        return event_charts.cycles(rows, of.start, quantity, names, expected)
 
-    return picture(wanted, draw, "cycles", (event, direction, quantity), [row.id for row in rows])
+    version = monitored and (monitored.id, monitored.job_id)
+    return picture(wanted, draw, "cycles", (event, direction, quantity), version, [row.id for row in rows])
 
 
 @router.get("/loops.{form}")
@@ -143,8 +158,10 @@ def loops(wanted: As, sessions: Reading, result: Number, other: Other = None) ->
             blobs = (stored[number].displacement, stored[number].force)
             displacement, force = decoded(blobs, "loop of result", number)
             by_name[f"{row.start:%Y-%m-%d %H:%M:%S}, {row.direction}"] = (displacement, force)
-        title = "Loops of two earthquakes" if len(by_name) > 1 else "Loop and shear strain"
-        return event_charts.overlaid_loops(by_name, title, height)
+        if other is not None:
+            return event_charts.overlaid_loops(by_name, "Loops of two earthquakes", height)
+        one = found[result]
+        return begun_at(one.begun, event_charts.overlaid_loops(by_name, "Loop and shear strain", height, one.rate))
 
     return picture(wanted, draw, "loops", result, other, height)
 

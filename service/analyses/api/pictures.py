@@ -23,6 +23,7 @@ from service.errors import NotFoundError
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import As, Form, picture
 from service.http.responses import TaggedRoute
+from service.models import queries as model_queries
 from service.reports import charts
 from service.reports.charts import BLUE, CONFIG, KN
 
@@ -67,18 +68,28 @@ def loop(wanted: As, sessions: Reading, result: Number) -> Response:
 
 @router.get("/restoring-force.{form}")
 def restoring_force(wanted: As, sessions: Reading, result: Number) -> Response:
-    """The loop beside the histories of displacement and force."""
+    """The loop beside the histories of displacement and force, with the forces of the current models."""
+    with sessions() as session:
+        of = queries.direction_of(session, result)
+        current = model_queries.current_forces(session, of.analysis_id, of.direction)
+        modelled = {f"{version.direction} {version.number}": compared.force for version, compared in current}
+        identity = [(compared.id, compared.created_at) for _, compared in current]
 
     def draw() -> charts.Picture:
         with sessions() as session:
-            rate, *stored = queries.loop(session, result)
+            _, *stored = queries.loop(session, result)
         displacement, force, std = decoded(stored, "loop of result", result)
-        time = np.arange(force.size) / rate
-        return charts.restoring_force(
-            time=time, displacement=displacement, force=force, std=std, title="Restoring force"
+        chart = charts.restoring_force(
+            time=np.arange(force.size) / of.rate,
+            displacement=displacement,
+            force=force,
+            std=std,
+            title="Restoring force",
+            models={name: decode_history(blob) for name, blob in modelled.items()},
         )
+        return charts.begun_at(of.begun, chart)
 
-    return picture(wanted, draw, "restoring-force", result)
+    return picture(wanted, draw, "restoring-force", result, identity)
 
 
 @router.get("/orbit.{form}")
@@ -113,7 +124,7 @@ def _of_layer(
         with sessions() as session:
             row = queries.layer_motion_of(session, layer)
         histories = decoded([row._mapping[one] for one in series], f"{name} of layer result", layer)
-        return chart(np.arange(row.length) / row.rate, *histories)
+        return charts.begun_at(row.start, chart(np.arange(row.length) / row.rate, *histories))
 
     return picture(wanted, draw, name, layer)
 

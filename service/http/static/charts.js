@@ -1,6 +1,7 @@
 "use strict";
-// Replaces a still picture by a live chart: values under the pointer, zoom, downloads. Where a chart cannot be drawn its
-// picture stays. The policy of the pages forbids eval and styles in markup, so Vega interprets its expressions.
+// Replaces a still picture by a live chart: values under the pointer, zoom (zoom.js), a cursor that all charts share
+// (instant.js), downloads. Where a chart cannot be drawn its picture stays. The policy of the pages forbids eval and
+// styles in markup, so Vega interprets its expressions.
 
 const LIBRARY = document.currentScript.dataset.library;
 const NARROW = 560; // CSS pixels; panels beside each other would be too small
@@ -8,8 +9,15 @@ const AXIS = 80; // CSS pixels beside a panel, for its vertical axis
 const LEAST = 120; // CSS pixels of a panel
 const AHEAD = "300px"; // charts this near to the screen are drawn
 const SHARPNESS = 2; // pixels of a saved picture per CSS pixel
+const WORDS = {
+  chart: "chart",
+  help: "Help",
+  keys: "Zoom: + and − keys, Ctrl and the wheel, or two fingers. Move: arrow keys, the mouse, or a finger sideways. Reset: 0 or Escape.",
+  cursor: "Shift with ← or → moves the cursor in time, which all charts of the page show.",
+};
 
 let library;
+let helps = 0; // texts of help on the page
 
 function loaded() {
   library ??= new Promise((done, failed) => {
@@ -86,6 +94,14 @@ function withAxes(spec, axes) {
   });
 }
 
+// When an axis first changes, Vega-Lite's brush looks for its window where there is none.
+function withGuardedBrush(compiled) {
+  return changed(compiled, (one) => {
+    const asked = one.events?.signal?.endsWith?.("_scale_trigger") && /(\w+)\[0\]/.exec(one.update);
+    return asked ? { ...one, update: `isArray(${asked[1]}) ? ${one.update} : []` } : one;
+  });
+}
+
 function saved(address, name) {
   const link = document.createElement("a");
   link.href = address;
@@ -101,6 +117,9 @@ class Chart {
     this.title = figure.querySelector("figcaption b").textContent.replace(/\.$/, "");
     this.area = document.createElement("div");
     this.area.className = "live";
+    this.readout = document.createElement("p");
+    this.readout.className = "readout";
+    this.panels = [];
     this.hasOtherAxes = false;
   }
 
@@ -120,9 +139,23 @@ class Chart {
       spec = within(spec, Math.max(LEAST, this.widest(spec) - (this.canvasWidth() - room) - 1));
       await this.embed(spec);
     }
-    const canvas = this.area.querySelector("canvas");
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", spec.description ?? this.still.alt);
+    this.canvas().setAttribute("role", "img");
+    this.canvas().setAttribute("aria-label", spec.description ?? this.still.alt);
+    this.panels = panelsOf(this.view, this.spec.usermeta.panels);
+    if (this.panels.length > 0) this.takeKeys();
+    this.cursor = new Cursor(this);
+    if (wanted !== undefined) showInstant(wanted.chart, wanted.time);
+  }
+
+  takeKeys() {
+    this.area.tabIndex = 0;
+    this.area.setAttribute("role", "application"); // a screen reader passes the keys on
+    this.area.setAttribute("aria-roledescription", WORDS.chart);
+    this.area.setAttribute("aria-label", this.title);
+  }
+
+  canvas() {
+    return this.area.querySelector("canvas");
   }
 
   async embed(spec) {
@@ -131,6 +164,7 @@ class Chart {
       actions: false,
       ast: true,
       defaultStyle: false,
+      patch: withGuardedBrush,
       renderer: "canvas",
       tooltip: { disableDefaultStyle: true },
     });
@@ -138,7 +172,7 @@ class Chart {
   }
 
   canvasWidth() {
-    return this.area.querySelector("canvas").getBoundingClientRect().width;
+    return this.canvas().getBoundingClientRect().width;
   }
 
   widest(spec) {
@@ -151,8 +185,48 @@ class Chart {
   }
 
   show() {
-    this.still.after(this.area);
+    this.still.after(this.area, this.readout);
     this.still.hidden = true;
+  }
+
+  listen() {
+    listenToTouch(this);
+    for (const pointed of ["pointermove", "pointerdown"]) {
+      this.area.addEventListener(pointed, (event) => this.point(event), { capture: true });
+    }
+    this.area.addEventListener("pointerleave", (event) => {
+      if (event.pointerType === "mouse" && this.hasTime()) showInstant(this, undefined);
+    });
+    this.area.addEventListener("keydown", (event) => {
+      if (!(event.ctrlKey || event.altKey || event.metaKey) && this.press(event)) event.preventDefault();
+    });
+  }
+
+  hasTime() {
+    return this.panels.some((panel) => panel.meta.curves.length > 0);
+  }
+
+  point(event) {
+    if (this.cursor === undefined || !this.hasTime()) return;
+    const time = this.cursor.timeAt(placeOn(this.canvas(), event));
+    this.readout.setAttribute("aria-live", "off"); // a pointer moves faster than anybody reads aloud
+    if (time !== undefined) showInstant(this, time);
+  }
+
+  // Whether the key meant something.
+  press({ key, shiftKey }) {
+    this.readout.setAttribute("aria-live", "polite");
+    if (key === "0" || key === "Escape") {
+      showInstant(this, undefined);
+      this.draw();
+      return true;
+    }
+    if (shiftKey && (key === "ArrowLeft" || key === "ArrowRight")) return this.cursor.step(key === "ArrowLeft" ? -1 : 1);
+    if (!(key in ZOOMS || key in ARROWS) || this.panels.length === 0) return false;
+    const shown = zoomByKey(this, key);
+    if (shown === undefined) return false;
+    if (wanted === undefined) this.readout.textContent = shown.join(" · ");
+    return true;
   }
 
   addTools() {
@@ -178,7 +252,22 @@ class Chart {
     add("PNG", async () => saved(await this.view.toImageURL("png", SHARPNESS), `${name}.png`));
     add("SVG", async () => saved(await this.view.toImageURL("svg"), `${name}.svg`));
     add("CSV", () => saved(csv, `${name}.csv`));
-    this.area.after(tools);
+    if (this.panels.length > 0) tools.append(this.help());
+    this.readout.after(tools);
+  }
+
+  help() {
+    const help = document.createElement("details");
+    const summary = document.createElement("summary");
+    const words = document.createElement("span");
+    helps += 1;
+    words.id = `help-${helps}`;
+    words.textContent = this.hasTime() ? `${WORDS.keys} ${WORDS.cursor}` : WORDS.keys;
+    summary.textContent = WORDS.help;
+    summary.setAttribute("aria-label", `${WORDS.help}: ${this.title}`);
+    help.append(summary, words);
+    this.area.setAttribute("aria-describedby", words.id);
+    return help;
   }
 }
 
@@ -192,10 +281,12 @@ async function alive(figure) {
     await chart.draw();
   } catch (error) {
     chart.area.remove();
+    chart.readout.remove();
     chart.still.hidden = false;
     throw error;
   }
   chart.addTools();
+  chart.listen();
   charts.push(chart);
 }
 

@@ -38,6 +38,12 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         drawn = api.get("/charts/baseline.svg?building=PAPER&quantity=stiffness&subject=x")
         for words in ("equivalent stiffness (kN/mm)", "amplitude (mm)", "the latest event"):
             assert words in drawn.text
+        for quantity, name in (("k_eq", "equivalent stiffness (kN/mm)"), ("c_eq", "equivalent damping (kN s/mm)")):
+            among = f"/charts/cycles.csv?event=26&direction=x&quantity={quantity}"
+            expected, *cycles = api.get(among).text.split("\r\n\r\n")
+            assert expected.startswith(f"amplitude (mm),expected {name},from,to"), expected[:80]
+            assert len(expected.splitlines()) == 1 + 80
+            assert len(cycles) == 2  # those of all others, and those of this earthquake
         history = api.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
         assert "change (%)" in history
         assert re.search(r"sudden −\d\.\d %", history)

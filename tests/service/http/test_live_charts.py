@@ -1,6 +1,8 @@
 """Charts in a real browser: values under the pointer, a brushed window, downloads, both themes, and no JavaScript."""
 
+import re
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from shutil import which
 
@@ -9,6 +11,7 @@ import monitored_building
 import pytest
 from api_client import client
 from api_server import api_server
+from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from service.db import sessions as opened
@@ -24,11 +27,16 @@ pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The paper's building after an earthquake."""
+    """The paper's building after an earthquake, compared with its current model."""
     folder = tmp_path_factory.mktemp("charts")
     made = databases.sqlite(folder)
     (folder / "records").mkdir()
     monitored_building.watch(opened.sessions(made), folder / "records", monitored_building.earthquakes()[:1])
+    with client(made) as api:
+        for path, form in (("/buildings/PAPER/models", {"direction": "x"}), ("/models/1/accept", {})):
+            assert api.post(path, data=form).status_code == 303
+        assert api.post("/models/1/compare").status_code == 303
+    monitored_building.work(opened.sessions(made))
     return made
 
 
@@ -56,6 +64,8 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     the_pointer_shows_a_value(page)
     a_brushed_window_lights_up_in_the_loop(page)
     downloads_are_files(page, tmp_path)
+    all_charts_show_the_same_instant(page)
+    keys_zoom_move_and_reset(page)
     an_axis_is_logarithmic_or_linear(page)
     the_switch_changes_the_theme_and_is_kept(page)
     page.set_viewport_size({"width": 320, "height": 700})
@@ -66,9 +76,14 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     assert not page.locator("header button").first.is_visible()
     assert printed == [], "the browser refused something"
 
-    still = chromium.new_context(java_script_enabled=False).new_page()
+    still = chromium.new_context(java_script_enabled=False, color_scheme="dark").new_page()
     still.goto(f"{server}/events/1")
-    assert still.locator(f"{CHART} > img").is_visible()
+    picture = still.locator(f"{CHART} > img")
+    picture.scroll_into_view_if_needed()
+    assert picture.is_visible()
+    assert still.locator(".cursor, .readout").count() == 0
+    still.wait_for_function("(chart) => document.querySelector(chart).complete", arg=f"{CHART} > img")
+    assert Image.open(BytesIO(picture.screenshot())).convert("RGB").getpixel((30, 30)) == (20, 24, 31)
     still.get_by_role("link", name="Table of Restoring force, direction x").click()
     assert still.locator("tbody tr").count() > 100
     assert "restoring force (kN)" in still.inner_text("main") or "force (kN)" in still.inner_text("main")
@@ -100,6 +115,121 @@ def a_brushed_window_lights_up_in_the_loop(page: Page) -> None:
     assert blue(page) < before / 2
     page.get_by_role("button", name="Reset zoom: Restoring force, direction x").click()
     page.wait_for_function(f"() => ({COUNT})() > {before / 2}")
+
+
+def all_charts_show_the_same_instant(page: Page) -> None:
+    """The pointer in the force history shows its time in the waveforms, the parts of the force, and the loop."""
+    for chart in ("force-parts", "waveforms", "restoring-force"):
+        page.locator(f"figure[data-chart*='{chart}']").first.scroll_into_view_if_needed()
+        page.locator(f"figure[data-chart*='{chart}'] .cursor").first.wait_for(state="attached")
+    box = page.locator(DRAWN).bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.62 * box["width"], box["y"] + 0.75 * box["height"], steps=4)
+    page.wait_for_function(
+        f"() => document.querySelector('{CHART} .readout').textContent.includes('force of model x 1')"
+    )
+    shown = page.locator(".readout:not(:empty)").all_inner_texts()
+    assert len(shown) >= 3
+    assert len({text.split(" · ")[0] for text in shown}) == 1, shown
+    (force,) = re.findall(
+        r"(?<!parts of it, )\bforce \(kN\): (−?[\d.]+)", page.locator(f"{CHART} .readout").inner_text()
+    )
+    loop, step = page.evaluate(LOOP_DOT)
+    assert loop == pytest.approx(float(force.replace("−", "-")), abs=step), "the loop shows the force of the same sample"
+    page.mouse.move(5, 5)
+    page.wait_for_function("() => [...document.querySelectorAll('.readout')].every((one) => one.textContent === '')")
+
+
+LOOP_DOT = f"""() => {{
+    const chart = charts.find((one) => one.area.parentElement.matches("{CHART}"));
+    const {{ panel, curves, dots }} = chart.cursor.panels[0];
+    const dot = dots[curves.findIndex((one) => one.names.y === "force (kN)")];
+    const [low, high] = panel.scale("y").domain();
+    const isShown = dot.getAttribute("visibility") === "visible";
+    return [isShown && panel.scale("y").invert(dot.getAttribute("cy") - panel.top), (high - low) / 60];
+}}"""
+"""kN at the mark in the loop, false where it is hidden; and kN between two points of the loop, see charts.STEP."""
+
+
+def keys_zoom_move_and_reset(page: Page) -> None:
+    area = page.locator(f"{CHART} .live")
+    whole = page.evaluate(DOMAIN)
+    area.focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Shift+Tab")
+    assert page.evaluate("document.activeElement.matches('.live:focus-visible')")
+    assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    described = page.evaluate(
+        "document.getElementById(document.activeElement.getAttribute('aria-describedby')).textContent"
+    )
+    assert "arrow keys" in described
+    page.keyboard.press("+")
+    page.keyboard.press("+")
+    near = page.evaluate(DOMAIN)
+    assert near[1] - near[0] == pytest.approx((whole[1] - whole[0]) / 1.5**2)
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate(DOMAIN)[0] > near[0]
+    for _ in range(9):
+        page.keyboard.press("ArrowRight")
+    assert page.evaluate(DOMAIN)[1] == pytest.approx(whole[1]), "it does not move beyond the record"
+    page.keyboard.press("Shift+ArrowLeft")
+    page.wait_for_function(f"() => document.querySelector('{CHART} .readout').textContent !== ''")
+    assert page.locator(f"{CHART} .readout").get_attribute("aria-live") == "polite"
+    page.keyboard.press("Escape")
+    page.wait_for_function(f"(whole) => String(({DOMAIN})()) === String(whole)", arg=whole)
+
+
+DOMAIN = f"""() => charts.find((one) => one.area.parentElement.matches("{CHART}")).panels.at(-1).scale("x").domain()"""
+"""Times that the force history shows, s."""
+
+
+@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+def test_two_fingers_zoom_one_moves_sideways_and_scrolls_the_page(browser: tuple[str, Browser]) -> None:
+    server, chromium = browser
+    page = chromium.new_context(viewport={"width": 375, "height": 700}, has_touch=True).new_page()
+    page.goto(f"{server}/events/1")
+    parts = "figure[data-chart*=force-parts]"
+    page.locator(parts).scroll_into_view_if_needed()
+    page.locator(f"{parts} .tools").wait_for()
+    page.locator(f"{parts} .live").evaluate("(one) => one.scrollIntoView({block: 'center'})")
+    domain = f"""() => charts.find((one) => one.area.parentElement.matches("{parts}")).panels[0].scale("x").domain()"""
+    box = page.locator(f"{parts} canvas").bounding_box()
+    assert box is not None
+    left, width, y = box["x"], box["width"], box["y"] + 120
+    whole = page.evaluate(domain)
+    fingers = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *points: tuple[float, float]) -> None:
+        at = [{"x": x, "y": y, "id": number} for number, (x, y) in enumerate(points)]
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+
+    middle = left + 0.6 * width
+    touch("touchStart", (middle - 25, y))
+    touch("touchStart", (middle - 25, y), (middle + 25, y))
+    for apart in range(30, 80, 10):
+        touch("touchMove", (middle - apart, y), (middle + apart, y))
+    touch("touchEnd")
+    page.wait_for_timeout(100)
+    near = page.evaluate(domain)
+    assert near[1] - near[0] == pytest.approx(25 / 70 * (whole[1] - whole[0]), rel=0.05)
+    assert page.locator(f"{parts} .readout").inner_text() != "", "a touch shows the values there"
+
+    touch("touchStart", (middle, y))
+    for moved in range(10, 70, 10):
+        touch("touchMove", (middle - moved, y))
+    touch("touchEnd")
+    page.wait_for_timeout(100)
+    later = page.evaluate(domain)
+    assert later[0] > near[0] + 0.1 * (near[1] - near[0])
+    assert later[1] - later[0] == pytest.approx(near[1] - near[0])
+
+    before = page.evaluate("scrollY")
+    touch("touchStart", (middle, y))
+    for moved in range(10, 160, 10):
+        touch("touchMove", (middle, y - moved))
+    touch("touchEnd")
+    page.wait_for_function(f"() => scrollY > {before} + 50")
+    assert page.evaluate(domain) == later, "a swipe that scrolls does not move the chart"
 
 
 COUNT = f"""() => {{
