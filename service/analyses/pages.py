@@ -130,9 +130,9 @@ class ChannelChoice:
     """A channel that the page offers to show."""
 
     id: str
-    label: str
-    """Its level, quantity and direction, as far as the building file describes it."""
     is_shown: bool
+    sensor: Channel | None
+    """As the building file describes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,11 +247,7 @@ def _channels(session: Session, event: Event, shown: Collection[str] | None) -> 
     levels = [one for one in names if one in known and known[one].quantity == "acceleration"]
     along = [one for one in levels if known[one].direction == known[levels[0]].direction]
     ticked = set(shown if shown is not None else [*along[:1], *along[-1:]] or names[:1])
-    return [ChannelChoice(one, _label(known.get(one)), one in ticked) for one in sorted(names)]
-
-
-def _label(sensor: Channel | None) -> str:
-    return "" if sensor is None else " ".join(filter(None, (sensor.level, sensor.quantity, sensor.direction)))
+    return [ChannelChoice(one, one in ticked, known.get(one)) for one in sorted(names)]
 
 
 def _others(session: Session, event: Event) -> list[Event]:

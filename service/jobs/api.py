@@ -18,6 +18,8 @@ from service.http.server_sent_events import followed
 from service.jobs import requests
 from service.jobs.queue import UNDER_WAY
 from service.jobs.schema import JobOut, Jobs
+from service.language.choice import ENGLISH, Language
+from service.language.translation import said
 
 router = APIRouter(tags=["operations"], route_class=TaggedRoute)
 
@@ -26,6 +28,7 @@ State = Annotated[
 ]
 By = Annotated[Caller, Depends(engineer)]
 OfModel = Annotated[int | None, Query(description="Only jobs on this model.", ge=1, le=LARGEST)]
+In = Annotated[Language, Query(description="Language of the current stage in words.")]
 OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
 
 
@@ -79,13 +82,13 @@ def existing(job_id: JobId, sessions: Reading) -> int:
     responses=openapi_responses(401, 403, 404, 422),
 )
 async def progress(
-    request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading
+    request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading, language: In = ENGLISH
 ) -> AsyncIterator[JobOut]:
     """The job as server-sent events: as it is, then whenever it changes, until it has ended.
 
     A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
     """
-    async for state in followed(request, partial(_answered, sessions, identity), _has_ended):
+    async for state in followed(request, partial(_answered, sessions, identity, language), _has_ended):
         yield state
 
 
@@ -93,6 +96,9 @@ def _has_ended(job: JobOut) -> bool:
     return job.state not in UNDER_WAY
 
 
-def _answered(sessions: sessionmaker[Session], identity: int) -> JobOut:
+def _answered(sessions: sessionmaker[Session], identity: int, language: Language) -> JobOut:
     with sessions() as session:
-        return JobOut.model_validate(requests.job(session, identity))
+        found = JobOut.model_validate(requests.job(session, identity))
+    if found.progress is not None:
+        found.progress.doing = said(found.progress.doing, language)
+    return found

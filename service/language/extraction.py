@@ -33,6 +33,14 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/http/templates/signed_in.html",
     ),
     "analyses": (
+        "core/analysis.py",
+        "core/estimators/*.py",
+        "core/estimators/frame/*.py",
+        "core/isolation_layer/*.py",
+        "service/analyses/api/events.py",
+        "service/analyses/pages.py",
+        "service/analyses/schema.py",
+        "service/analyses/store.py",
         "service/http/templates/chart*.html",
         "service/http/templates/event*.html",
         "service/http/templates/modes.html",
@@ -53,14 +61,12 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/http/templates/form_parts.html",
         "service/http/templates/layout.html",
     ),
-    "jobs": ("service/http/templates/job.html",),
     "models": (
         "core/effects/*.py",
         "service/http/templates/diagnosis.html",
         "service/http/templates/effect*.html",
         "service/http/templates/model*.html",
     ),
-    "records": ("service/http/templates/recordings.html",),
     "messages": (
         "service/notify/texts.py",
         "service/notify/claims.py",
@@ -85,6 +91,25 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/drift/texts.py",
         "service/http/templates/drift.html",
     ),
+    "jobs": (
+        "service/http/templates/job*.html",
+        "service/jobs/queue.py",
+        "service/jobs/requests.py",
+        "service/jobs/schema.py",
+        "service/jobs/worker.py",
+        "service/kinds.py",
+    ),
+    "records": (
+        "service/formats/*.py",
+        "service/http/templates/recordings.html",
+        "service/parsing/process.py",
+        "service/records/ingest.py",
+        "service/records/queries.py",
+        "service/records/source_poller.py",
+        "service/records/sources/*.py",
+        "service/records/trigger.py",
+    ),
+    "sensors": ("core/sensors/*.py",),
     "charts": (
         "service/reports/charts.py",
         "service/analyses/event_charts.py",
@@ -135,8 +160,8 @@ NAMES = re.compile(r"api|file|lax|strict|menshin(-[a-z]+)*")
 WORDS = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* [^A-Za-z]*[A-Za-z]|[A-Za-z]{2,}.* .*[A-Za-z]|\ba [a-z]{2,}", re.DOTALL)
 LABEL = re.compile(r"[A-Za-z][a-z]{2,} \([^()]+\)")
 """A quantity with its unit."""
-TYPE = re.compile(r"\w+( \| \w+)+")
-"""An annotation as a text."""
+TYPE = re.compile(r"\w+( \| \w+)+|.*\(\?.*", re.DOTALL)
+"""An annotation as a text, or a regular expression with a named group."""
 WORD = re.compile(r"[A-Za-z][a-z]{2,}(-[a-z]+)*|[A-Z]{4,}")
 
 
@@ -229,6 +254,8 @@ def _unread(node: ast.AST) -> Iterator[ast.AST]:
         yield from node.decorator_list
     if isinstance(node, ast.Dict):
         yield from (one for one in node.keys if one is not None)
+        named = zip(node.keys, node.values, strict=True)
+        yield from (value for key, value in named if isinstance(key, ast.Constant) and key.value in NOT_SHOWN)
     if isinstance(node, ast.Subscript):
         yield node.slice
 

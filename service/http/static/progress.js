@@ -32,7 +32,8 @@ function showProgress(part, job) {
   const bar = part.querySelector("progress");
   if (bar === null) return;
   const row = bar.closest("tr");
-  row.querySelector(".state").textContent = job.state;
+  const state = row.querySelector(".state");
+  state.textContent = state.dataset[job.state];
   if (job.progress === null) return;
   bar.max = job.progress.stages;
   bar.value = job.progress.done;
