@@ -99,7 +99,7 @@ def histories(shown: Sequence[History]) -> alt.VConcatChart:
     start = min(float(one.time[0]) for one in shown)
     end = max(float(one.time[-1]) for one in shown)
     panels = [_panel(one, (start, end), is_last=one is shown[-1]) for one in shown]
-    return alt.vconcat(*panels, spacing=16, bounds="flush", config=dict(CONFIG))
+    return alt.vconcat(*panels, spacing=20, bounds="flush", config=dict(CONFIG))
 
 
 def trend(values: Mapping[str, Sequence[tuple[datetime, float, float, bool]]], title: str) -> alt.LayerChart:
@@ -134,7 +134,7 @@ def _panel(one: History, span: tuple[float, float], *, is_last: bool) -> alt.Lay
     axis = alt.Axis(title="time after the start of the record (s)") if is_last else alt.Axis(labels=False, title=None)
     x = alt.X("time:Q", scale=alt.Scale(domain=list(span), nice=False), axis=axis)
     y = alt.Y("value:Q", title=None).axis(tickCount=3, minExtent=26)
-    heading = alt.Title(one.title, anchor="start", fontSize=7.5, fontWeight=WEIGHT, offset=2)
+    heading = alt.Title(one.title, anchor="start", fontSize=7.5, fontWeight=WEIGHT, offset=5)
     line = alt.Chart(_rows(time=one.time[kept], value=one.values[kept])).mark_line(color=INK, strokeWidth=0.6)
     return alt.LayerChart(layer=[line.encode(x, y)], title=heading, width=WIDE, height=34)
 

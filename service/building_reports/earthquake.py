@@ -27,7 +27,7 @@ from service.records import queries as record_queries
 from service.records.tables import Event, SourceState
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.assessment import Assessment
-from service.verdict.checks import COVERAGE
+from service.verdict.checks import COVERAGE, Level
 from service.version import VERSION, code_digest
 
 GAL, CM, MM, KN = 1e2, 1e2, 1e3, 1e-3
@@ -74,7 +74,7 @@ class EarthquakeReport:
     """The level in words."""
     meaning: str
     reason: str
-    """The first reason of the level, and how many alerts are open."""
+    """The first reason of the level, and how many alerts are open; empty without a usable record."""
     statements: tuple[str, ...]
     """Number of passed checks, and everything that weakens the verdict."""
     revision: str
@@ -124,7 +124,7 @@ def earthquake_report(session: Session, event_id: int, mark: str = "") -> Earthq
         level=verdict.level.value,
         words=verdict.level.words.upper(),
         meaning=clipped(meaning.partition(". ")[2]),
-        reason=clipped(verdict_texts.headline(verdict).partition(": ")[2]),
+        reason=_reason(verdict),
         statements=tuple(map(clipped, statements)),
         revision=_revision(session, event, analysis, zone),
         measures=tuple(_measures(analysis, results, shaking, file)),
@@ -156,6 +156,13 @@ def _earlier(session: Session, event: Event, direction: str | None) -> tuple[int
     query = loops().with_only_columns(DirectionResult.id).join(Analysis, Analysis.id == DirectionResult.analysis_id)
     query = query.join(Event, Event.id == Analysis.event_id).where(*before, DirectionResult.direction == direction)
     return tuple(session.scalars(query.order_by(DirectionResult.peak_displacement.desc()).limit(EARLIER)))
+
+
+def _reason(verdict: Assessment) -> str:
+    """The first reason of the level; empty where the statements after it say the same: without a usable record."""
+    if verdict.level is Level.NO_DATA:
+        return ""
+    return clipped(verdict_texts.headline(verdict).partition(": ")[2])
 
 
 def _stamps(verdict: Assessment, mark: str) -> Iterator[str]:

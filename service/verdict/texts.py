@@ -73,6 +73,7 @@ SHOWN: Mapping[str, tuple[str, float]] = {
     "m/s": ("cm/s", 1e2),
     "m/s²": ("gal", 1e2),
     INTENSITY: ("", 1.0),
+    TRAVEL: ("m", 1.0),
 }
 """Unit and factor by SI unit, or by check."""
 SHARES: Mapping[str, str] = {
