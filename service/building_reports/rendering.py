@@ -13,6 +13,7 @@ from markupsafe import Markup
 from service.building_reports.earthquake import EarthquakeReport
 from service.building_reports.pictures import Picture
 from service.building_reports.year import YearReport
+from service.language.translation import said
 from service.reports import paper
 from service.reports.html import own_ids
 from service.verdict.checks import Level
@@ -64,10 +65,10 @@ def _template(report: Report) -> str:
 def _data(report: Report, pictures: Sequence[Picture], issued: datetime) -> dict[str, Any]:
     """Values of JSON; pictures by their key."""
     shown = {one.key: asdict(one) for one in pictures}
-    said = replace(report, trends=()) if isinstance(report, YearReport) else report  # they are drawn
+    shown_report = replace(report, trends=()) if isinstance(report, YearReport) else report  # they are drawn
     symbols = {level.value: _symbol(level, is_white=level.value == report.level) for level in Level}
     when = f"{issued.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
-    return asdict(said) | {"pictures": shown, "symbols": symbols, "issued": when}
+    return asdict(shown_report) | {"pictures": shown, "symbols": symbols, "issued": when}
 
 
 @cache
@@ -78,7 +79,9 @@ def _environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        extensions=["jinja2.ext.i18n"],  # the file with the symbols marks texts for translation
     )
+    made.filters["said"] = said
     made.globals |= {"drawn": _drawn, "bar": _bar, "symbol": lambda report: Markup(report["symbols"][report["level"]])}
     return made
 
