@@ -135,7 +135,7 @@ def all_charts_show_the_same_instant(page: Page) -> None:
         r"(?<!parts of it, )\bforce \(kN\): (−?[\d.]+)", page.locator(f"{CHART} .readout").inner_text()
     )
     loop, step = page.evaluate(LOOP_DOT)
-    assert loop == pytest.approx(float(force.replace("−", "-")), abs=step), "the loop shows the force of the same sample"
+    assert loop == pytest.approx(float(force.replace("−", "-")), abs=step), "the loop shows another sample"
     page.mouse.move(5, 5)
     page.wait_for_function("() => [...document.querySelectorAll('.readout')].every((one) => one.textContent === '')")
 
