@@ -1,5 +1,6 @@
 """The API server, in this process or in a supervised process of its own."""
 
+import gc
 import logging
 import signal
 import socket
@@ -10,6 +11,7 @@ from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event
 from threading import Event as Signal, Thread
 from time import monotonic
+from types import ModuleType
 
 from service import logs
 from service.access.roles import Caller
@@ -60,10 +62,9 @@ def api(
     """
     if stop.is_set():
         return
-    from service.app import create
     from service.http.server import server
 
-    running = server(create(settings, visitor), answering=answering)
+    running = server(_application().create(settings, visitor), answering=answering)
 
     def end_with_other_parts() -> None:
         stop.wait()
@@ -136,8 +137,7 @@ def _end(process: SpawnProcess, *, terminate: bool) -> None:
 
 def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event, level: int) -> None:
     """The main function of the API's process; it ends on SIGTERM, or with its parent."""
-    import service.app  # noqa: F401  takes seconds, during which SIGTERM ends the process at once
-
+    _application()  # takes seconds, during which SIGTERM ends the process at once
     stop, parent = Signal(), parent_process()
     assert parent is not None
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
@@ -149,3 +149,14 @@ def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answ
 
     Thread(target=end_with_parent, daemon=True, name="end of the parent").start()
     api(settings, stop, door, visitor, answers.set)
+
+
+def _application() -> ModuleType:
+    """The module of the application, imported without searches for garbage, which took almost half of the time."""
+    gc.disable()
+    try:
+        import service.app
+    finally:
+        gc.freeze()  # modules live as long as the process
+        gc.enable()
+    return service.app

@@ -3,7 +3,9 @@
 A bug is the exception: its traceback goes into a file, or to where the log of a service goes, and a line says so.
 """
 
+import atexit
 import errno
+import gc
 import os
 import sys
 import tempfile
@@ -17,6 +19,8 @@ from typer.core import TyperGroup
 
 CANNOT, BUG = 1, 70
 """Exit codes: an error that a user can remedy; a bug (EX_SOFTWARE of sysexits.h)."""
+GARBAGE = (50_000, 20, 20)
+"""Thresholds of the searches for garbage: a command imports modules with very many objects, which all stay."""
 HELPS: Mapping[int, str] = {
     errno.EACCES: "give this account the right to it, or name another path",
     errno.EPERM: "give this account the right to it, or name another path",
@@ -38,6 +42,8 @@ class Edge(TyperGroup):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401  as typer has it
         """Run a command; an error ends it with a message and an exit code other than 0."""
+        gc.set_threshold(*GARBAGE)
+        atexit.register(gc.freeze)  # the system takes the memory back: no last search through all modules
         try:
             warn_of_names()
             return super().main(*args, **kwargs)
