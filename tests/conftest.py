@@ -23,6 +23,9 @@ PROCESSES = 4
 ONE_MORE = 1
 """Processes beyond the number of cores: many slow tests wait for a lease, a poll or another process."""
 
+GARBAGE = (50_000, 20, 20)
+"""Thresholds of the search for garbage, which by the usual ones takes a tenth of the time of the API's tests."""
+
 MEMORY = Path("/dev/shm")
 """A folder in memory: tests that write a database would wait for the disk three times as long as they compute."""
 ROOM = 4 * 2**30
@@ -50,6 +53,7 @@ def pytest_collection(session: pytest.Session) -> Generator[None, object, object
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(*GARBAGE)
         gc.enable()
 
 
