@@ -98,11 +98,12 @@ class Message:
     def is_torn(self, values: Mapping[str, str]) -> bool:
         """True if a value holds an end or several parts of a sentence that no fixed part of the message separates."""
         fixed = "".join(self.literals)
+        after = dict(zip(self.names, self.literals, strict=False))
         return any(
-            value.endswith(".")
+            (value.endswith(".") and not after[name].endswith(SENTENCE))
             or (": " in value and ":" not in fixed)
             or ("; " in value and ":" not in fixed and ";" not in fixed)
-            for value in values.values()
+            for name, value in values.items()
         )
 
 

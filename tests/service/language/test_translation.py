@@ -17,6 +17,8 @@ JAPANESE = Catalogue(
         "the isolators moved {length}": "免震層の変位は {length}",
         "They carry the building. Have them inspected.": "免震装置は建物を支えます。点検を受けてください。",
         "{what} that is {size} % off agrees with all": "{what}の誤差 {size} %（整合）",
+        "It ended: {what}. {why}": "終了：{what}。{why}",
+        "It is over.": "終わりました。",
         "a mass": "質量",
         "a gain": "感度",
         "the isolators moved {length}, and {more}": "免震層の変位は {length}、さらに{more}",
@@ -46,6 +48,7 @@ JAPANESE = Catalogue(
             "a mass that is +8 % off agrees with all and a gain that is −5 % off agrees with all",
             "質量の誤差 +8 %（整合）と感度の誤差 −5 %（整合）",
         ),
+        ("It ended: change of stiffness. It is over.", "終了：剛性の変化。終わりました。"),
         ("the isolators moved 12 mm, and change of stiffness", "免震層の変位は 12 mm、さらに剛性の変化"),
     ],
 )
