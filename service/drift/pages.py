@@ -65,7 +65,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
 
 
 def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -> list[str]:
-    """One sentence in the reader's language of each quantity that cannot raise an alarm yet: how many earthquakes it needs, and why."""
+    """One sentence in the reader's language of each quantity that cannot raise an alarm yet, with the reason."""
     sentences = []
     for quantity, rows in _by_quantity(series):
         own = [one for one in rows if one.subject != BOTH_DIRECTIONS]
