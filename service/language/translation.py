@@ -7,10 +7,13 @@ sentences and parts of sentences; what is left stays as it is: names, numbers, a
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from heapq import merge
 from importlib import resources
+from itertools import pairwise
+from operator import itemgetter
 from string import Formatter
 
 from babel.messages.pofile import read_po
@@ -26,14 +29,18 @@ KEPT = 8192
 SENTENCES = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
 """Between two sentences."""
 SENTENCE = ". "
-MOST = 4
-"""Sentences of a message in the midst of a text."""
+STRONG = re.compile(rf"{SENTENCES.pattern}|; |: ")
+"""Between the parts of a text that are translated apart, unless one message has them."""
+KEY = 3
+"""Letters at the beginning or end of a message by which it is found."""
+MOST = 8
+"""Parts of a message in the midst of a text."""
 TELLING = 8
 """Letters of a fixed part that no value has in itself: it belongs to another message of that kind."""
-STRONG, WEAK = (SENTENCE, "; ", ": "), (", and ", " – ", ", ", " and ")
-"""What stands between the parts of a text, in the order of splitting: before messages with longer values, and after."""
+WEAK = (", and ", " – ", ", ", " and ")
+"""What stands between smaller parts, in the order of splitting."""
 PARTS: Mapping[Language, Mapping[str, str]] = {
-    "ja": {SENTENCE: "", "; ": "；", ": ": "：", ", and ": "、", " – ": " – ", ", ": "、", " and ": "と"},
+    "ja": {" ": "", "; ": "；", ": ": "：", ", and ": "、", " – ": " – ", ", ": "、", " and ": "と"},
 }
 """What replaces it."""
 ENDS: Mapping[Language, str] = {"ja": "。"}
@@ -118,6 +125,23 @@ def parsed(message: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(literals), tuple(names)
 
 
+class _Messages:
+    """Messages, the most specific first, found by their beginning or end."""
+
+    def __init__(self, messages: Sequence[Message]) -> None:
+        self._ranked: dict[tuple[str, str], list[tuple[int, Message]]] = {}
+        for ranked in enumerate(messages):
+            first, last = ranked[1].literals[0], ranked[1].literals[-1]
+            key = (first[:KEY], "") if len(first) >= KEY else ("", last[-KEY:]) if len(last) >= KEY else ("", "")
+            self._ranked.setdefault(key, []).append(ranked)
+
+    def like(self, text: str) -> Iterator[Message]:
+        """Those that may fit a text."""
+        keys = {(text[:KEY], ""), ("", text[-KEY:]), ("", "")}
+        found = merge(*(self._ranked.get(key, ()) for key in keys), key=itemgetter(0))
+        return (message for _, message in found)
+
+
 class Catalogue:
     """The messages of a language.
 
@@ -135,7 +159,7 @@ class Catalogue:
             if "{" in message and "%(" not in message
         ]
         worded = (one for one in made if one.names and any(map(LETTERS.search, one.literals)))
-        self._messages = sorted(worded, key=lambda one: (-one.weight, len(one.names)))
+        self._messages = _Messages(sorted(worded, key=lambda one: (-one.weight, len(one.names))))
 
     def said(self, text: str, depth: int = 0) -> str | None:
         """A text in the language; None if no message fits it."""
@@ -145,10 +169,10 @@ class Catalogue:
             return None
         return (
             self._varied(text, depth, is_whole=True)
-            or self._split(text, depth, STRONG)
+            or self._parts(text, depth)
             or self._varied(text, depth, is_whole=False)
             or self._parenthesis(text, depth)
-            or self._split(text, depth, WEAK)
+            or self._split(text, depth)
             or self._beside_quantity(text, depth)
         )
 
@@ -160,7 +184,7 @@ class Catalogue:
             depth: of the text within others.
             is_whole: whether no value may hold the parts of a sentence that the message itself does not separate.
         """
-        for message in self._messages:
+        for message in self._messages.like(text):
             values = message.values(text)
             if values is not None and not (is_whole and message.is_torn(values)):
                 said = {name: self._value(value, depth) for name, value in values.items()}
@@ -185,26 +209,60 @@ class Catalogue:
                         return found + (ENDS[self._language] if end else "")
         return None
 
-    def _split(self, text: str, depth: int, separators: Sequence[str]) -> str | None:
-        for separator in separators:
-            parts = self._sentences(text) if separator == SENTENCE else text.split(separator)
+    def _parts(self, text: str, depth: int) -> str | None:
+        """A text of several sentences, or of parts of one, of which those of one message stay together."""
+        between = list(STRONG.finditer(text))
+        if not between:
+            return None
+        edges = [(0, 0), *((one.start(), one.end()) for one in between), (len(text), len(text))]
+        places = self._together(text, edges)
+        parts = [text[edges[first][1] : edges[end][0]] for first, end in pairwise(places)]
+        said = [self._part(part, depth) for part in parts]
+        if not any(one is not None for one in said):
+            return None
+        joined = ""
+        for at, (part, one) in enumerate(zip(parts, said, strict=True)):
+            separator = text[slice(*edges[places[at]])]
+            of_language = PARTS[self._language].get(separator, separator)
+            is_known = one is not None and (not at or said[at - 1] is not None)
+            joined += (of_language if of_language or is_known else separator) + (part if one is None else one)
+        return joined
+
+    def _together(self, text: str, edges: Sequence[tuple[int, int]]) -> list[int]:
+        """The edges at which a text is split so that most of its letters are those of messages."""
+        count = len(edges) - 1
+        best, following = [0] * (count + 1), list(range(1, count + 2))
+        for first in range(count - 1, -1, -1):
+            best[first] = best[first + 1] + self._weight(text[edges[first][1] : edges[first + 1][0]])
+            for end in range(first + 2, min(first + MOST, count) + 1):
+                if (first, end) == (0, count):
+                    continue
+                weight = self._weight(text[edges[first][1] : edges[end][0]])
+                if weight and weight + best[end] > best[first]:
+                    best[first], following[first] = weight + best[end], end
+        places = [0]
+        while places[-1] < count:
+            places.append(following[places[-1]])
+        return places
+
+    def _weight(self, text: str) -> int:
+        """Letters of the most specific message that fits a text; 0 without one."""
+        bare = text.removesuffix(".")
+        for one in (text, bare, bare[:1].swapcase() + bare[1:]):
+            if one in self.exact:
+                return len(one)
+            for message in self._messages.like(one):
+                values = message.values(one)
+                if values is not None and not message.is_torn(values):
+                    return message.weight
+        return 0
+
+    def _split(self, text: str, depth: int) -> str | None:
+        for separator in WEAK:
+            parts = text.split(separator)
             if len(parts) > 1 and (said := self._joined(parts, PARTS[self._language][separator], depth)):
                 return said
         return None
-
-    def _sentences(self, text: str) -> list[str]:
-        """The sentences of a text; those of one message together."""
-        single, parts, at = SENTENCES.split(text), [], 0
-        while at < len(single):
-            ends = range(min(at + MOST, len(single)), at + 1, -1)
-            known = (end for end in ends if self._is_message(" ".join(single[at:end])))
-            end = next(known, at + 1)
-            parts.append(" ".join(single[at:end]))
-            at = end
-        return parts
-
-    def _is_message(self, text: str) -> bool:
-        return text in self.exact or any(one.values(text) is not None for one in self._messages)
 
     def _parenthesis(self, text: str, depth: int) -> str | None:
         inside = PARENTHESIS.fullmatch(text)
@@ -234,9 +292,7 @@ class Catalogue:
         if not any(one is not None for one in said):
             return None
         shown = [part if one is None else one for part, one in zip(parts, said, strict=True)]
-        if separator or all(one is not None for one in said):
-            return separator.join(shown)
-        return " ".join(shown)
+        return separator.join(shown)
 
 
 def filled(translation: str, values: Mapping[str, str]) -> str:

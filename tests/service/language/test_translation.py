@@ -7,6 +7,7 @@ from service.language.translation import Catalogue, said
 JAPANESE = Catalogue(
     {
         "normal": "正常",
+        "the gain of level {0} jumped; check it. It is left out": "{0} の感度が変化。確認してください。除外しました",
         "inspect": "点検",
         "Change of stiffness": "剛性の変化",
         "{title}, direction {subject}": "{title}（{subject} 方向）",
@@ -49,6 +50,12 @@ JAPANESE = Catalogue(
             "質量の誤差 +8 %（整合）と感度の誤差 −5 %（整合）",
         ),
         ("It ended: change of stiffness. It is over.", "終了：剛性の変化。終わりました。"),
+        (
+            "KIS01: the gain of level 3 jumped; check it. It is left out; direction x: the gain of level 4 jumped; "
+            "check it. It is left out; normal",
+            "KIS01：3 の感度が変化。確認してください。除外しました；x 方向：4 の感度が変化。確認してください。"
+            "除外しました；正常",
+        ),
         ("the isolators moved 12 mm, and change of stiffness", "免震層の変位は 12 mm、さらに剛性の変化"),
     ],
 )
