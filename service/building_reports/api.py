@@ -1,10 +1,13 @@
-"""The API of reports on earthquakes and years, as PDF and HTML."""
+"""The API of reports on earthquakes and years, as PDF and HTML.
+
+The parameter `language` is read with each request (`service.http.languages`).
+"""
 
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path, Query
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.building_reports import rendering
@@ -14,15 +17,27 @@ from service.building_reports.rendering import Report
 from service.building_reports.year import YEARS, year_report
 from service.http.parameters import Code, Id, Reading
 from service.http.responses import Tagged, TaggedRoute, file_responses
-
-router = APIRouter(tags=["reports"], route_class=TaggedRoute)
+from service.language.choice import Language
 
 PDF, HTML = "application/pdf", "text/html"
 Form = Literal["pdf", "html"]
 Year = Annotated[
     int, Path(description="Year, in the building's time zone.", ge=YEARS[0], le=YEARS[-1], examples=[2026])
 ]
+Shown = Annotated[
+    Language | None,
+    Query(
+        description="Language of the report; without it the header Accept-Language decides, and English is the default."
+    ),
+]
 MEDIA_TYPES = {"pdf": PDF, "html": HTML}
+
+
+def _declared(language: Shown = None) -> None:
+    """The parameter `language` of a report."""
+
+
+router = APIRouter(tags=["reports"], route_class=TaggedRoute, dependencies=[Depends(_declared)])
 
 
 @router.get(

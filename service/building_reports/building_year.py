@@ -11,13 +11,15 @@ from sqlalchemy.orm import InstrumentedAttribute, Session, joinedload, selectinl
 from service.alerts.tables import Alert, BuildingInspection, Inspection
 from service.building_reports import texts
 from service.building_reports.earthquake import Fact
-from service.building_reports.texts import clipped
+from service.building_reports.texts import clipped, shown
 from service.buildings.tables import Building
 from service.db.select import Question
+from service.language.translation import said
 from service.notify.tables import Delivery, Message
 from service.records.tables import REJECTED, Event, Recording
 from service.verdict import texts as verdict_texts
 
+OPEN, NOW = "open", "now"
 LISTED = 1000
 """Rows of a table: the strongest earthquakes, the latest messages."""
 
@@ -95,11 +97,11 @@ def _alerts(of: BuildingYear) -> Sequence[Alert]:
 def _alert_line(of: BuildingYear, alert: Alert) -> AlertLine:
     return AlertLine(
         number=alert.id,
-        summary=clipped(alert.summary),
+        summary=shown(alert.summary),
         began=of.local(alert.began_at),
-        state=verdict_texts.STATE_NAMES.get(alert.state, alert.state),
+        state=said(verdict_texts.STATE_NAMES.get(alert.state, alert.state)),
         answered=clipped("; ".join(_answers(of, alert))),
-        ended=of.local(alert.closed_at, "open"),
+        ended=of.local(alert.closed_at, said(OPEN)),
     )
 
 
@@ -108,7 +110,7 @@ def _answers(of: BuildingYear, alert: Alert) -> Iterator[str]:
         note = alert.acknowledgement or ""
         yield f"{alert.acknowledged_by}, {of.local(alert.acknowledged_at)}: {note}".rstrip(": ")
     if alert.assigned_to is not None:
-        yield f"assigned to {alert.assigned_to}"
+        yield said(f"assigned to {alert.assigned_to}")
 
 
 def inspection_lines(of: BuildingYear) -> Iterator[InspectionLine]:
@@ -119,8 +121,8 @@ def inspection_lines(of: BuildingYear) -> Iterator[InspectionLine]:
         yield InspectionLine(
             time=of.local(row.inspected_at),
             by=clipped(row.by, texts.LONGEST_NAME),
-            subject=clipped(f"The building, with the verdict {row.headline}"),
-            outcome=verdict_texts.RESULTS[row.result],
+            subject=shown(f"The building, with the verdict {row.headline}"),
+            outcome=said(verdict_texts.RESULTS[row.result]),
             note=clipped(row.comment, 2000),
         )
     query = select(Inspection).options(joinedload(Inspection.alert)).join(Inspection.alert)
@@ -129,8 +131,8 @@ def inspection_lines(of: BuildingYear) -> Iterator[InspectionLine]:
         yield InspectionLine(
             time=of.local(one.at),
             by=clipped(one.by, texts.LONGEST_NAME),
-            subject=clipped(f"Alert {one.alert_id}: {one.alert.summary}"),
-            outcome=one.outcome,
+            subject=shown(f"Alert {one.alert_id}: {one.alert.summary}"),
+            outcome=said(one.outcome),
             note=clipped(one.note, 2000),
         )
 
@@ -151,15 +153,15 @@ def message_lines(of: BuildingYear) -> tuple[tuple[MessageLine, ...], tuple[str,
 def _subject(message: Message) -> str:
     mark = {"drill": "DRILL: ", "test": "TEST: "}.get(message.kind, "")
     order = "" if message.sequence == "new" else f"{message.sequence}: "
-    return clipped(f"{mark}{order}{message.subject}", 200)
+    return shown(f"{mark}{order}{message.subject}", 200)
 
 
 def _recipients(of: BuildingYear, message: Message) -> str:
     """Recipients by name, without their addresses."""
     if not message.deliveries:
-        return message.unsent or "no recipients"
+        return said(message.unsent or "no recipients")
     parts = (
-        f"{one.receiver.name} ({one.receiver.kind}) {one.state} {of.local(one.finished_at)}".rstrip()
+        f"{one.receiver.name} ({said(one.receiver.kind)}) {said(one.state)} {of.local(one.finished_at)}".rstrip()
         for one in message.deliveries
     )
     return clipped(", ".join(parts))
@@ -169,7 +171,9 @@ def gaps(of: BuildingYear) -> Iterator[Fact]:
     """Times when records did not arrive, and files and earthquakes that could not be used."""
     for alert in _alerts(of):
         if alert.kind == "data":
-            yield Fact(f"{of.local(alert.began_at)} to {of.local(alert.closed_at, 'now')}", clipped(alert.summary, 200))
+            yield Fact(
+                f"{of.local(alert.began_at)} – {of.local(alert.closed_at, said(NOW))}", shown(alert.summary, 200)
+            )
     unusable = select(func.count()).select_from(Event).where(Event.state.in_(("refused", "failed")))
     if count := of.session.scalar(of.events(unusable)):
         yield Fact("Earthquakes without a result", f"{count}, with their reasons in the table above")

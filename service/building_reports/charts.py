@@ -22,7 +22,7 @@ INK, GREY, LIGHT = "#111111", "#5b6675", "#b9bfc7"
 WEIGHT: Literal[500] = 500
 """Weight of letters: the compiler of the page draws weight 400 of a variable font too thin inside pictures."""
 CONFIG: Mapping[str, Any] = {
-    "font": "Source Sans 3, Arial, sans-serif",
+    "font": "Source Sans 3, IPAexGothic, Arial, sans-serif",
     "padding": 2,
     "axis": {"labelFontSize": 7, "titleFontSize": 7.5, "titlePadding": 3, "tickSize": 3, "labelPadding": 2}
     | {"labelFontWeight": WEIGHT, "titleFontWeight": WEIGHT}

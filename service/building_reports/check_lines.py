@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from core.rounding import plain
-from service.building_reports.texts import OUTCOMES, PLACES, PLAN, WITHOUT_PLACES, clipped
+from service.building_reports.texts import OUTCOMES, PLACES, PLAN, WITHOUT_PLACES, clipped, shown
+from service.language.translation import said
 from service.verdict import texts
 from service.verdict.assessment import Assessment
 from service.verdict.checks import Check, Level, Outcome
@@ -61,21 +62,21 @@ def places(assessment: Assessment) -> tuple[Place, ...]:
 def advice(assessment: Assessment) -> str:
     """Sentence below the places, or instead of them."""
     without = "" if any(True for _ in _places(assessment)) else WITHOUT_PLACES.get(assessment.level, "")
-    return " ".join(part for part in (without, PLAN) if part)
+    return " ".join(said(part) for part in (without, PLAN) if part)
 
 
 def _line(check: Check) -> CheckLine:
     is_open = check.outcome is Outcome.UNDECIDED
     return CheckLine(
-        title=clipped(texts.title(check), LONGEST_TITLE),
-        value=texts.value(check) or ("not known" if is_open else "–"),
+        title=shown(texts.title(check), LONGEST_TITLE),
+        value=said(texts.value(check) or ("not known" if is_open else "–")),
         limits=_limits(check),
-        source=clipped(texts.source(check)),
+        source=shown(texts.source(check)),
         outcome=check.outcome.value,
-        words=f"exceeded: {check.level.words}" if check.outcome is Outcome.EXCEEDED else check.outcome.value,
+        words=said(f"exceeded: {check.level.words}" if check.outcome is Outcome.EXCEEDED else check.outcome.value),
         symbol=OUTCOMES[check.outcome],
         bar=_bar(check),
-        settles=clipped(" ".join(part for part in (check.reason, check.remedy) if part)) if is_open else "",
+        settles=clipped(" ".join(said(part) for part in (check.reason, check.remedy) if part)) if is_open else "",
     )
 
 
@@ -94,13 +95,14 @@ def _places(assessment: Assessment) -> Iterator[Place]:
         if check.level.rank < Level.INSPECT.rank or check.name not in PLACES:
             continue
         where, signs = PLACES[check.name]
-        place = clipped(" ".join(part for part in (where, _at(check)) if part))
+        place = clipped(" ".join(said(part) for part in (where, _at(check)) if part))
         if place not in seen:
             seen.add(place)
-            yield Place(place, signs, clipped(f"{texts.within(texts.TITLES[check.name])}: {check.level.words}"))
+            yield Place(place, said(signs), shown(f"{texts.within(texts.TITLES[check.name])}: {check.level.words}"))
     for alert in assessment.alerts:
         if alert.level.rank >= Level.INSPECT.rank:
-            yield Place(f"Alert {alert.id}", clipped(alert.summary), texts.STATE_NAMES.get(alert.state, alert.state))
+            state = said(texts.STATE_NAMES.get(alert.state, alert.state))
+            yield Place(said(f"Alert {alert.id}"), shown(alert.summary), state)
 
 
 def _at(check: Check) -> str:

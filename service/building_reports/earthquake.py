@@ -18,11 +18,12 @@ from service.analyses.retention import DELETED
 from service.analyses.tables import Analysis, DirectionResult, ShakingResult
 from service.building_reports import texts
 from service.building_reports.check_lines import CheckLine, Place, advice, check_lines, places
-from service.building_reports.texts import clipped, listed
+from service.building_reports.texts import clipped, listed, shown
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building, Revision
 from service.db.select import Question
+from service.language.translation import said
 from service.records import queries as record_queries
 from service.records.tables import Event, SourceState
 from service.verdict import reading, texts as verdict_texts
@@ -37,6 +38,7 @@ EARLIER = 5
 """Loops of earlier earthquakes on the page, the largest."""
 ABOVE = ("Peak acceleration above the isolators", "Peak velocity above the isolators")
 """In place of PGA and PGV where the ground was not recorded."""
+GROUND, TEMPERATURE, NO_RECORDINGS = "ground", "Temperature", "none"
 DIGITS = 16
 """Hexadecimal digits of a digest on the page: 64 bits."""
 
@@ -47,6 +49,11 @@ class Fact:
 
     name: str
     value: str
+
+
+def said_fact(fact: Fact) -> Fact:
+    """The same in the language of the report."""
+    return Fact(said(fact.name), said(fact.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,26 +122,26 @@ def earthquake_report(session: Session, event_id: int, mark: str = "") -> Earthq
         analysis=analysis.id if analysis else None,
         direction=direction,
         earlier=_earlier(session, event, direction),
-        stamps=tuple(_stamps(verdict, mark)),
+        stamps=tuple(map(said, _stamps(verdict, mark))),
         building=clipped(building.name, texts.LONGEST_NAME),
         code=building.code,
-        time=f"{event.start.astimezone(zone):%-d %B %Y, %H:%M:%S} ({file.timezone})",
+        time=said(f"{event.start.astimezone(zone):%-d %B %Y, %H:%M:%S} ({file.timezone})"),
         utc=f"{event.start.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC",
         slug=f"{event.start.astimezone(UTC):%Y-%m-%dT%H%M%SZ}",
         level=verdict.level.value,
-        words=verdict.level.words.upper(),
-        meaning=clipped(meaning.partition(". ")[2]),
+        words=said(verdict.level.words).upper(),
+        meaning=shown(meaning.partition(". ")[2]),
         reason=_reason(verdict),
-        statements=tuple(map(clipped, statements)),
-        revision=_revision(session, event, analysis, zone),
-        measures=tuple(_measures(analysis, results, shaking, file)),
+        statements=tuple(map(shown, statements)),
+        revision=said(_revision(session, event, analysis, zone)),
+        measures=tuple(map(said_fact, _measures(analysis, results, shaking, file))),
         checks=check_lines(verdict),
         places=places(verdict),
         advice=advice(verdict),
         alerts=_alerts(verdict),
         inspections=_inspections(session, event, zone),
         sensors=_sensors(session, event, analysis, file),
-        provenance=tuple(_provenance(session, building, analysis, file)),
+        provenance=tuple(map(said_fact, _provenance(session, building, analysis, file))),
         contact=texts.contacts(file),
     )
 
@@ -162,7 +169,7 @@ def _reason(verdict: Assessment) -> str:
     """The first reason of the level; empty where the statements after it say the same: without a usable record."""
     if verdict.level is Level.NO_DATA:
         return ""
-    return clipped(verdict_texts.headline(verdict).partition(": ")[2])
+    return shown(verdict_texts.headline(verdict).partition(": ")[2])
 
 
 def _stamps(verdict: Assessment, mark: str) -> Iterator[str]:
@@ -195,11 +202,11 @@ def _measures(
         force = with_std(one.peak_force * KN, _twice(one.force_std, KN), "kN")
         yield Fact(f"Force in the isolators, {one.direction}", force)
     if analysis is not None and analysis.temperature is not None:
-        yield Fact("Temperature", f"{analysis.temperature:.1f} °C")
+        yield Fact(TEMPERATURE, f"{analysis.temperature:.1f} °C")
 
 
 def _strength(shaking: ShakingResult) -> Iterator[Fact]:
-    where = "ground" if shaking.is_below_isolators else f"{clipped(shaking.level, 24)}, above the isolators"
+    where = GROUND if shaking.is_below_isolators else f"{clipped(shaking.level, 24)}, above the isolators"
     if shaking.intensity is not None:
         yield Fact("JMA intensity (unofficial)", f"{shaking.intensity:.1f}, {where}")
     response = significant(shaking.long_period_velocity * CM)
@@ -214,7 +221,10 @@ def _strength(shaking: ShakingResult) -> Iterator[Fact]:
 
 def _amplification(shaking: ShakingResult, file: BuildingFile) -> Iterator[Fact]:
     """Largest acceleration of base slab and roof, over that of the ground where it was recorded."""
-    for name, level in (("Base slab", file.description.base.name), ("Roof", file.description.floors[-1].name)):
+    for name, level in (
+        ("Base slab acceleration", file.description.base.name),
+        ("Roof acceleration", file.description.floors[-1].name),
+    ):
         floors = [one for one in shaking.floors if one["level"] == level]
         if not floors:
             continue
@@ -222,7 +232,7 @@ def _amplification(shaking: ShakingResult, file: BuildingFile) -> Iterator[Fact]
         text = f"{significant(largest['peak'] * GAL)} gal" + ("" if largest["is_measured"] else ", estimated")
         if shaking.is_below_isolators and shaking.pga > 0:
             text += f": {largest['peak'] / shaking.pga:.2f} × ground"
-        yield Fact(f"{name} acceleration", text)
+        yield Fact(name, text)
 
 
 def _twice(std: float | None, factor: float) -> float | None:
@@ -232,10 +242,10 @@ def _twice(std: float | None, factor: float) -> float | None:
 
 def _alerts(verdict: Assessment) -> tuple[str, ...]:
     lines = [
-        clipped(f"Alert {one.id}, {verdict_texts.STATE_NAMES.get(one.state, one.state)}: {one.summary}", 200)
+        shown(f"Alert {one.id}, {verdict_texts.STATE_NAMES.get(one.state, one.state)}: {one.summary}", 200)
         for one in verdict.alerts
     ]
-    return listed(lines, MOST_ALERTS) or ("No alert is open; that alone is no verdict.",)
+    return listed(lines, MOST_ALERTS) or (said("No alert is open; that alone is no verdict."),)
 
 
 def _inspections(session: Session, event: Event, zone: ZoneInfo) -> tuple[str, ...]:
@@ -244,7 +254,7 @@ def _inspections(session: Session, event: Event, zone: ZoneInfo) -> tuple[str, .
     lines = [
         clipped(
             f"{one.inspected_at.astimezone(zone):%Y-%m-%d %H:%M}, {one.by}: "
-            f"{verdict_texts.RESULTS[one.result]}. {one.comment}",
+            f"{said(verdict_texts.RESULTS[one.result])}. {one.comment}",
             200,
         )
         for one in rows
@@ -257,17 +267,23 @@ def _sensors(session: Session, event: Event, analysis: Analysis | None, file: Bu
     recorded = {one.channel for one in record_queries.event(session, event.id).waveforms}
     described = [one.id for one in file.description.channels]
     silent = [clipped(one, 64) for one in described if one not in recorded]
-    first = f"{len(described) - len(silent)} of {len(described)} channels recorded"
-    shown = ", ".join(silent[:MOST_FINDINGS]) + (" …" if len(silent) > MOST_FINDINGS else "")
-    lines = [first + (f"; missing: {shown}." if silent else ".")]
+    recorded_ones = len(described) - len(silent)
+    missing = ", ".join(silent[:MOST_FINDINGS]) + (" …" if len(silent) > MOST_FINDINGS else "")
+    first = f"{recorded_ones} of {len(described)} channels recorded."
+    if silent:
+        first = f"{recorded_ones} of {len(described)} channels recorded; missing: {missing}."
+    lines = [said(first)]
     findings = [] if analysis is None else [one for one in analysis.quality if one["severity"] != "note"]
     lines += listed(
-        [clipped(f"{one['severity']}: {one.get('channel') or ''} {one['message']}", 200) for one in findings],
+        [
+            clipped(f"{said(one['severity'])}: {one.get('channel') or ''} {said(one['message'])}", 200)
+            for one in findings
+        ],
         MOST_FINDINGS,
     )
     if analysis is not None and not findings:
-        lines.append("No warning from the data quality checks.")
-    return (*lines, _clock(session, event, findings))
+        lines.append(said("No warning from the data quality checks."))
+    return (*lines, said(_clock(session, event, findings)))
 
 
 def _clock(session: Session, event: Event, findings: Sequence[dict[str, str]]) -> str:
@@ -276,8 +292,9 @@ def _clock(session: Session, event: Event, findings: Sequence[dict[str, str]]) -
     ahead = session.scalar(select(SourceState.clock_ahead).where(SourceState.building_id == event.building_id))
     if ahead is None:
         return "Times are the recorder's; its server does not state its clock."
-    side = "ahead of" if ahead > 0 else "behind"
-    return f"Times are the recorder's; its server's clock was {abs(ahead):.1f} s {side} Menshin's at the last poll."
+    if ahead > 0:
+        return f"Times are the recorder's; its server's clock was {ahead:.1f} s ahead of Menshin's at the last poll."
+    return f"Times are the recorder's; its server's clock was {-ahead:.1f} s behind Menshin's at the last poll."
 
 
 def _provenance(session: Session, building: Building, analysis: Analysis | None, file: BuildingFile) -> Iterator[Fact]:
@@ -292,7 +309,7 @@ def _provenance(session: Session, building: Building, analysis: Analysis | None,
     made_with = building_store.parsed(session.get_one(Revision, analysis.revision_id))
     settings = _digest(json.dumps(analysis.settings, sort_keys=True), *_described(made_with))
     yield Fact("Settings and building of the analysis", settings)
-    yield Fact(f"{len(analysis.inputs)} recordings", _digest(*analysis.inputs) if analysis.inputs else "none")
+    yield Fact(f"{len(analysis.inputs)} recordings", _digest(*analysis.inputs) if analysis.inputs else NO_RECORDINGS)
 
 
 def _described(file: BuildingFile) -> tuple[object, ...]:

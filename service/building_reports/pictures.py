@@ -28,6 +28,9 @@ from service.records.tables import Event
 from service.reports import still
 from service.reports.charts import MM
 
+ROOF, BASE = "roof (gal)", "base slab (gal)"
+"""Titles of recorded accelerations."""
+
 
 @dataclass(frozen=True, slots=True)
 class Picture:
@@ -115,7 +118,7 @@ def _spectra(session: Session, report: EarthquakeReport, file: BuildingFile) -> 
     known = (
         "The building file gives no design spectrum." if design is None else f"Thick grey: {clipped(design.source)}."
     )
-    lines = ", ".join(f"{name} {'dashed' if name == 'y' else 'solid'}" for name in measured)
+    lines = ", ".join(f"{name} dashed" if name == "y" else f"{name} solid" for name in measured)
     drawn = charts.spectra(
         SPECTRUM_PERIODS, measured, None if design is None else (design.periods, design.acceleration)
     )
@@ -132,10 +135,10 @@ def _histories(session: Session, report: EarthquakeReport, description: Building
 
 def _series(session: Session, report: EarthquakeReport, description: BuildingDescription) -> Iterator[History]:
     """Roof, base slab and isolation layer, as far as they are known."""
-    for name, level in (("roof", description.floors[-1].name), ("base slab", description.base.name)):
+    for name, level in ((ROOF, description.floors[-1].name), (BASE, description.base.name)):
         for channel in _accelerometers(description, level, report.direction or "x"):
             if (series := _recorded(session, report.event, channel.id)) is not None:
-                yield History(f"{name} (gal)", series[0], series[1] * GAL)
+                yield History(name, series[0], series[1] * GAL)
                 break
     if report.direction is None:
         return

@@ -10,9 +10,11 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from service.building_reports import texts
 from service.building_reports.earthquake import EarthquakeReport
 from service.building_reports.pictures import Picture
 from service.building_reports.year import YearReport
+from service.language.templates import translate
 from service.language.translation import said
 from service.reports import paper
 from service.reports.html import own_ids
@@ -64,11 +66,16 @@ def _template(report: Report) -> str:
 
 def _data(report: Report, pictures: Sequence[Picture], issued: datetime) -> dict[str, Any]:
     """Values of JSON; pictures by their key."""
-    shown = {one.key: asdict(one) for one in pictures}
+    shown = {one.key: asdict(one) | _words(one) for one in pictures}
     shown_report = replace(report, trends=()) if isinstance(report, YearReport) else report  # they are drawn
     symbols = {level.value: _symbol(level, is_white=level.value == report.level) for level in Level}
     when = f"{issued.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
     return asdict(shown_report) | {"pictures": shown, "symbols": symbols, "issued": when}
+
+
+def _words(picture: Picture) -> dict[str, str]:
+    """What a picture says, in the language of the report."""
+    return {"title": said(picture.title), "caption": said(picture.caption), "reason": said(picture.reason)}
 
 
 @cache
@@ -79,9 +86,8 @@ def _environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        extensions=["jinja2.ext.i18n"],  # the file with the symbols marks texts for translation
     )
-    made.filters["said"] = said
+    translate(made)
     made.globals |= {"drawn": _drawn, "bar": _bar, "symbol": lambda report: Markup(report["symbols"][report["level"]])}
     return made
 
@@ -99,4 +105,4 @@ def _drawn(picture: Mapping[str, str]) -> Markup:
 
 
 def _bar(check: Mapping[str, str]) -> Markup:
-    return own_ids(check["bar"], "bar", f"{check['title']}: {check['value']}, limits {check['limits']}")
+    return own_ids(check["bar"], "bar", said(texts.BAR).format(**check))

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 
 from service.buildings.description import BuildingFile
+from service.language.translation import said
 from service.verdict.checks import Level, Outcome
 from service.verdict.limits import (
     DESIGN,
@@ -47,13 +48,17 @@ WITHOUT_PLACES: Mapping[Level, str] = {
 }
 PLAN = "The inspection plan of the building's designer takes precedence."
 NO_CONTACT = "The building file names no contact."
+COUNTED = "%(number)s %(words)s"
+"""Number of earthquakes of a level."""
+BAR = "{title}: {value}, limits {limits}"
+"""Summary of a bar, for readers who do not see it."""
 CALLED = 2
 """Contacts on a page."""
 LONGEST_NAME = 90
 """Characters of a name, which a building file does not limit."""
 LONGEST_TEXT = 400
-WORD = re.compile(r"(\S{24})(?=\S)")
-"""The beginning of a word that may be longer than a column is wide."""
+WORD = re.compile(r"([^\s\u3040-\u30ff\u3400-\u9fff\u3000-\u303f\uff00-\uffef]{24})(?=[^\s\u3000-\u9fff\uff00-\uffef])")
+"""The beginning of a word that may be longer than a column is wide; between Japanese letters a line may break."""
 CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]+")
 """Control characters, and marks that reverse the direction of the text around them."""
 
@@ -64,14 +69,19 @@ def clipped(text: str, most: int = LONGEST_TEXT) -> str:
     return WORD.sub("\\1\u200b", shown if len(shown) <= most else shown[: most - 1].rstrip() + "…")
 
 
+def shown(text: str, most: int = LONGEST_TEXT) -> str:
+    """A text that the program composed, in the language of the report, at most so long."""
+    return clipped(said(text), most)
+
+
 def contacts(file: BuildingFile) -> str:
     """The first people to call, with their numbers."""
     named = (", ".join(filter(None, (one.name, one.role, one.phone, one.mail))) for one in file.contacts[:CALLED])
-    return clipped("; ".join(named)) or NO_CONTACT
+    return clipped("; ".join(named)) or said(NO_CONTACT)
 
 
 def listed(items: list[str], most: int) -> tuple[str, ...]:
     """The first of some sentences, and how many more there are."""
     if len(items) <= most:
         return tuple(items)
-    return (*items[: most - 1], f"… and {len(items) - most + 1} more, listed on the page of the earthquake.")
+    return (*items[: most - 1], said(f"… and {len(items) - most + 1} more, listed on the page of the earthquake."))

@@ -22,17 +22,19 @@ from service.building_reports.building_year import (
     inspection_lines,
     message_lines,
 )
-from service.building_reports.earthquake import DIGITS, GAL, MM, Fact
-from service.building_reports.texts import clipped
+from service.building_reports.earthquake import DIGITS, GAL, MM, Fact, said_fact
+from service.building_reports.texts import clipped, shown
 from service.buildings import queries as building_queries, store as building_store
 from service.db.select import Line, Question
 from service.drift.tables import DriftValue, MonitoredSeries
+from service.language.translation import gettext, said
 from service.records.tables import Event
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.checks import LEVELS, Level
 from service.verdict.earthquakes import of_events
 from service.version import VERSION, code_digest
 
+EARTHQUAKES, PROGRAM = "Earthquakes", "Program"
 YEARS = range(1900, 2101)
 """Years that a report may be about."""
 POINTS = 800
@@ -117,32 +119,33 @@ def year_report(session: Session, code: str, year: int, now: datetime) -> YearRe
         building=clipped(building.name, texts.LONGEST_NAME),
         year=year,
         slug=str(year),
-        stamps=("THE YEAR IS NOT OVER: this report shows it so far.",) if of.at is None else (),
-        period=f"{start:%-d %B %Y} to 31 December {year} ({file.timezone})",
+        stamps=(said("THE YEAR IS NOT OVER: this report shows it so far."),) if of.at is None else (),
+        period=said(f"{start:%-d %B %Y} to 31 December {year} ({file.timezone})"),
         level=verdict.level.value,
-        words=verdict.level.words.upper(),
-        headline=clipped(verdict_texts.headline(verdict)),
-        basis=clipped(verdict_texts.inspected(verdict)) or texts.AUTOMATIC,
-        summary=tuple(_summary(of, levels, len(alerts), len(inspections))),
+        words=said(verdict.level.words).upper(),
+        headline=shown(verdict_texts.headline(verdict)),
+        basis=shown(verdict_texts.inspected(verdict) or texts.AUTOMATIC),
+        summary=tuple(map(said_fact, _summary(of, levels, len(alerts), len(inspections)))),
         earthquakes=earthquakes,
         alerts=alerts,
         inspections=inspections,
         messages=messages,
-        gaps=tuple(gaps(of)),
-        omitted=(*omitted, *more),
+        gaps=tuple(map(said_fact, gaps(of))),
+        omitted=tuple(map(said, (*omitted, *more))),
         trends=tuple((quantity, _trend(rows)) for quantity, rows in changes.items()),
         provenance=(
-            Fact("Program", f"Menshin {VERSION}, code {code_digest()[:DIGITS]}"),
-            Fact("Building file", f"revision {revision.number}"),
+            said_fact(Fact(PROGRAM, f"Menshin {VERSION}, code {code_digest()[:DIGITS]}")),
+            said_fact(Fact("Building file", f"revision {revision.number}")),
         ),
         contact=texts.contacts(file),
     )
 
 
 def _summary(of: BuildingYear, levels: Sequence[Level], alerts: int, inspections: int) -> Iterator[Fact]:
-    counted = ", ".join(f"{levels.count(level)} {level.words}" for level in LEVELS if level in levels)
+    named = {level: {"number": levels.count(level), "words": said(level.words)} for level in LEVELS if level in levels}
+    counted = ", ".join(gettext(texts.COUNTED) % one for one in named.values())
     total = of.session.scalar(of.events(select(func.count()).select_from(Event))) or 0
-    yield Fact("Earthquakes", f"{total}" + (f": {counted}" if counted else ""))
+    yield Fact(EARTHQUAKES, f"{total}" + (f": {counted}" if counted else ""))
     moved = func.max(func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement))
     largest, intensity = of.session.execute(
         _results(of).with_only_columns(moved, func.max(ShakingResult.intensity))
@@ -190,12 +193,12 @@ def _earthquake(of: BuildingYear, event: Event, level: Level, row: Line, change:
     return EarthquakeLine(
         time=f"{event.start.astimezone(of.zone):%Y-%m-%d %H:%M:%S}",
         level=level.value,
-        words=level.words,
+        words=said(level.words),
         intensity="–" if row.intensity is None else f"{row.intensity:.1f}",
         pga="–" if row.pga is None else significant(row.pga * GAL),
         displacement="–" if row.moved is None else significant(row.moved * MM),
         change=change or "–",
-        note="" if is_known else clipped(f"{event.state}: {event.reason or 'no result yet'}", 160),
+        note="" if is_known else shown(f"{event.state}: {event.reason or 'no result yet'}", 160),
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.database import transaction
+from service.language.choice import ENGLISH, LANGUAGES, known, speaking
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -21,6 +22,7 @@ def report(
     event: Annotated[int | None, typer.Argument(metavar="[EVENT]", min=1, help="Number of an earthquake.")] = None,
     building: Annotated[str | None, typer.Option(help="Code of a building, for the report on a year.")] = None,
     year: Annotated[int | None, typer.Option(min=1900, max=2100, help="The year, with --building.")] = None,
+    language: Annotated[str, typer.Option(help=f"Its language: {', '.join(LANGUAGES)}.")] = ENGLISH,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="File to write, .pdf or .html; default: a PDF in this folder."),
@@ -34,7 +36,9 @@ def report(
     suffix = ".pdf" if out is None else out.suffix.lower()
     if suffix not in SUFFIXES:
         raise typer.BadParameter("a report is written as .pdf or .html", param_hint="--out")
-    with transaction(context, NotFoundError) as session:
+    if (shown := known(language)) is None:
+        raise typer.BadParameter(f"reports are written in {', '.join(LANGUAGES)}", param_hint="--language")
+    with transaction(context, NotFoundError) as session, speaking(shown):
         if building is not None and year is not None:
             name, content = _of_year(session, building, year, suffix[1:])
         else:

@@ -1,4 +1,4 @@
-"""The language of each request: the one chosen on a page, otherwise the one that the browser prefers."""
+"""The language of each request: its parameter's, the one chosen on a page, or the one that the browser prefers."""
 
 from typing import Annotated
 
@@ -15,6 +15,8 @@ from service.http.forms import Posted, posted
 from service.language.choice import Language, accepted, known, speaking
 
 COOKIE = "menshin-language"
+SHOWN = ("text/html", "application/pdf", "image/svg+xml")
+"""Answers that people read."""
 YEAR = 365 * 86400
 """s that a browser keeps the choice."""
 MOST = 4096
@@ -24,9 +26,9 @@ router = APIRouter(include_in_schema=False)
 
 
 def chosen(connection: HTTPConnection) -> Language:
-    """The language of a request."""
-    of_person = known(connection.cookies.get(COOKIE))
-    return of_person or accepted(connection.headers.get("accept-language", ""))
+    """The language of a request: of its parameter, which a program or a link gives, or of its person."""
+    given = known(connection.query_params.get("language")) or known(connection.cookies.get(COOKIE))
+    return given or accepted(connection.headers.get("accept-language", ""))
 
 
 class Languages:
@@ -45,7 +47,7 @@ class Languages:
         async def sent(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                if headers.get("content-type", "").startswith("text/html"):
+                if headers.get("content-type", "").startswith(SHOWN):
                     headers["Content-Language"] = language
                     headers.add_vary_header("Accept-Language")
             await send(message)

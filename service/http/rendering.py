@@ -22,8 +22,8 @@ from service.access.roles import Role, soon_in_words
 from service.http.libraries import address as library_address
 from service.http.responses import CSV, JSON, Tagged, is_known, tag
 from service.jobs.schema import error_in_words
-from service.language.choice import LANGUAGES, spoken
-from service.language.translation import gettext, ngettext, said
+from service.language.templates import translate
+from service.language.translation import said
 from service.reports import live, still
 from service.reports.charts import DARK_STILLS, Picture, specification
 from service.reports.translated import translated
@@ -167,12 +167,8 @@ def stations(channels: Iterable[str]) -> list[tuple[str, str]]:
     return sorted({(part[0], part[1]) for part in parts if len(part) == CHANNEL_PARTS})
 
 
-TEMPLATES.env.add_extension("jinja2.ext.i18n")
-TEMPLATES.env.policies["ext.i18n.trimmed"] = True
-TEMPLATES.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]  # of the extension
+translate(TEMPLATES.env)
 TEMPLATES.env.globals |= {
-    "language": spoken,
-    "languages": LANGUAGES,
     "library": library_address,
     "opening": texts.opening,
     "headline": texts.headline,
@@ -186,7 +182,6 @@ TEMPLATES.env.globals |= {
     "results": texts.RESULTS,
 }
 TEMPLATES.env.filters |= {
-    "said": said,
     "words": error_in_words,
     "percent": percent,
     "tenths": tenths,

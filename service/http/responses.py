@@ -169,7 +169,11 @@ def _unchanged(etag: str) -> Response:
 
 def _caching(etag: str) -> dict[str, str]:
     """Caching headers: only the client keeps it, and revalidates it, so that a new analysis shows at once."""
-    return {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept, Authorization, Cookie, X-API-Key"}
+    return {
+        "ETag": etag,
+        "Cache-Control": "private, no-cache",
+        "Vary": "Accept, Accept-Language, Authorization, Cookie, X-API-Key",
+    }
 
 
 def _csv(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:

@@ -16,6 +16,7 @@ from babel.messages.extract import extract
 from babel.messages.pofile import read_po, write_po
 
 from service.language.choice import ENGLISH, LANGUAGES
+from service.language.templates import marked
 from service.language.translation import parsed
 
 ROOT = Path(__file__).parents[2]
@@ -110,6 +111,15 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/records/trigger.py",
     ),
     "sensors": ("core/sensors/*.py",),
+    "building_reports": (
+        "service/building_reports/building_year.py",
+        "service/building_reports/check_lines.py",
+        "service/building_reports/earthquake.py",
+        "service/building_reports/pictures.py",
+        "service/building_reports/texts.py",
+        "service/building_reports/year.py",
+        "service/building_reports/templates/*",
+    ),
     "charts": (
         "service/reports/charts.py",
         "service/analyses/event_charts.py",
@@ -149,8 +159,8 @@ TITLED = frozenset({"title", "subtitle", "family"})
 """Arguments whose texts people read, however short."""
 DRAWN = re.compile(r"(.*_)?(CONFIG|SHAPES)")
 """Constants that say how a chart is drawn."""
-FIELD = re.compile(r".*:[QNOT]", re.DOTALL)
-"""A field of a chart with its type."""
+FIELD = re.compile(r".*:[QNOT]|.*=\".*|<.*", re.DOTALL)
+"""A field of a chart with its type, or markup."""
 PLACE = re.compile(r"\{\d+\}")
 LETTERS = re.compile(r"[A-Za-z]{2}")
 EDGES = " ,;:\n"
@@ -169,6 +179,9 @@ def messages(path: Path) -> Iterator[str]:
     """The messages of a template or a module; a plural's by its singular."""
     if path.suffix == ".py":
         yield from _of_module(ast.parse(path.read_text("utf-8")))
+        return
+    if path.suffix == ".typ":
+        yield from marked(path.read_text("utf-8"))
         return
     with path.open("rb") as opened:
         options = dict.fromkeys(("trimmed", "newstyle_gettext", "trim_blocks", "lstrip_blocks"), "true")

@@ -13,10 +13,25 @@ from typing import Any, Literal
 
 import typst
 
+from service.language.choice import spoken
+from service.language.templates import marked
+from service.language.translation import gettext
 from service.reports.still import font_folders
 
 STANDARDS = ("a-2a", "ua-1")
 """PDF/A for archives (ISO 19005-2), PDF/UA for readers who do not see it (ISO 14289-1)."""
+PRELUDE = """
+#let language = sys.inputs.language
+#let texts = json(bytes(sys.inputs.texts))
+#let t(message, ..places) = {
+  let text = texts.at(message)
+  for (name, value) in places.named() {
+    text = text.split("{" + name + "}").join(value)
+  }
+  text
+}
+"""
+"""What every template may use: the language, and its texts in it; a last place may have content."""
 SHARPNESS = 120.0
 """Pixels per inch of a picture of a page."""
 
@@ -25,7 +40,7 @@ def pdf(template: str, data: Mapping[str, Any], issued: datetime) -> bytes:
     """The document of a template as PDF, for archives and screen readers where its letters allow it.
 
     Args:
-        template: text of the template; it reads the data as JSON from `sys.inputs.data`.
+        template: text of the template; it reads the data as JSON from `sys.inputs.data`, and marks its texts by `t`.
         data: values of JSON.
         issued: time of the document, aware; the same data and time give the same bytes.
     """
@@ -47,10 +62,14 @@ def pictures(template: str, data: Mapping[str, Any], sharpness: float = SHARPNES
 def _compiled(template: str, data: Mapping[str, Any], form: Literal["pdf", "png"], **options: Any) -> Any:  # noqa: ANN401
     with TemporaryDirectory(prefix="menshin-paper-") as empty:
         compiler = typst.Compiler(
-            template.encode(),
+            (PRELUDE + template).encode(),
             root=empty,
             font_paths=_fonts(),
-            sys_inputs={"data": json.dumps(data, ensure_ascii=False)},
+            sys_inputs={
+                "data": json.dumps(data, ensure_ascii=False),
+                "language": spoken(),
+                "texts": json.dumps({one: gettext(one) for one in marked(template)}, ensure_ascii=False),
+            },
             package_path=empty,
             package_cache_path=empty,
         )

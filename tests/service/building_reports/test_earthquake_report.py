@@ -1,6 +1,7 @@
 """The report on an earthquake: its words, one page whatever is said, and texts of people that remain texts."""
 
 import io
+import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from html import unescape
@@ -27,6 +28,7 @@ from service.building_reports.pictures import Picture, pictures
 from service.buildings import store as building_store
 from service.db.blobs import encode
 from service.drift.alert_candidates import limit_candidates
+from service.language.choice import speaking
 from service.records.tables import Event, Waveform
 from service.reports import paper
 
@@ -125,9 +127,8 @@ def test_the_same_facts_give_the_same_report_and_a_change_another_one(stored: Se
     assert earthquake_report(stored, event.id).stamps[0].startswith("PROVISIONAL: its analysis has not finished")
 
 
-def test_one_page_with_long_names_nothing_decided_and_texts_of_a_mischievous_person(
-    stored: Session, database_url: str
-) -> None:
+def worst_event(stored: Session) -> Event:
+    """Long names, nothing decided, and texts of a mischievous person."""
     of = building(stored, limits="damper_stroke = 0.3\n")
     of.name = f"{HOSTILE} 免震ビル 🏢 {'W' * 3000}"
     warnings = tuple(f"{HOSTILE} {number} {'long ' * 100}" for number in range(40))
@@ -144,6 +145,13 @@ def test_one_page_with_long_names_nothing_decided_and_texts_of_a_mischievous_per
     alerts = (softer_isolators(), gain_error(), softer_isolators(cause="damping/x", is_sure=False))
     reconcile(stored, of.id, [with_stored_events(one, (event.id,) * 3) for one in alerts], "events", day(1) + SOON)
     stored.commit()
+    return event
+
+
+def test_one_page_with_long_names_nothing_decided_and_texts_of_a_mischievous_person(
+    stored: Session, database_url: str
+) -> None:
+    event = worst_event(stored)
     report, drawn = made(stored, event)
     assert {check.outcome for check in report.checks} == {"undecided"}
     printed = rendering.pdf(report, drawn, NOW)
@@ -163,6 +171,37 @@ def test_one_page_with_long_names_nothing_decided_and_texts_of_a_mischievous_per
         page = api.get(f"/api/v1/events/{event.id}/report.html")
     assert "<script" not in page.text
     assert "&lt;script&gt;" in page.text
+
+
+def test_in_japanese_too_it_has_one_page_and_is_for_archives(stored: Session, database_url: str) -> None:
+    worst = worst_event(stored)
+    of = building(stored)
+    event = earthquake(stored, of, day(1), STRONG)
+    add_histories(stored, event)
+    stored.commit()
+    with speaking("ja"):
+        printed = rendering.pdf(*made(stored, event), NOW)
+        pages, text = read(printed)
+        html = unescape(rendering.html(*made(stored, event), NOW).decode())
+        assert read(rendering.pdf(*made(stored, worst), NOW))[0] == 1
+    assert (pages, b"pdfaid" in printed) == (1, True)
+    assert PdfReader(io.BytesIO(printed)).trailer["/Root"]["/Lang"] == "ja"
+    assert '<html lang="ja">' in html
+    for shown in (text.replace(" ", ""), html):
+        for words in ("地震報告書", "検査項目", "点検箇所と内容", "限界値の出典", "復元力", "2024年1月2日"):
+            assert words in shown, words
+    english = re.findall(r"[a-z]{3,}(?: [a-z]{3,}){2,}", re.sub(r"<style>.*?</style>|<[^>]*>", " ", html, flags=re.S))
+    assert english == []
+    address = f"/api/v1/events/{event.id}/report.html"
+    with client(database_url) as api:
+        asked = api.get(address, params={"language": "ja"})
+        assert asked.headers["content-language"] == "ja"
+        assert "地震報告書" in asked.text
+        assert "地震報告書" in api.get(address, headers={"Accept-Language": "ja"}).text
+        answer = api.get(address)
+        assert (answer.headers["content-language"], "Earthquake report" in answer.text) == ("en", True)
+        assert asked.headers["etag"] != answer.headers["etag"]
+        assert api.get(address, params={"language": "xx"}).status_code == 422
 
 
 def test_a_template_reads_no_file_and_fetches_no_package(tmp_path: Path) -> None:
@@ -222,6 +261,9 @@ def test_the_command_writes_a_file(
     assert read(file.read_bytes())[0] == 1
     assert menshin("report", number, "--out", tmp_path / "sub" / "a.html").exit_code == 0
     assert "Earthquake report" in (tmp_path / "sub" / "a.html").read_text("utf-8")
+    assert menshin("report", number, "--out", tmp_path / "ja.html", "--language", "ja").exit_code == 0
+    assert "地震報告書" in (tmp_path / "ja.html").read_text("utf-8")
+    assert menshin("report", number, "--language", "xx").exit_code == 2
     unknown = menshin("report", 9999)
     assert (unknown.exit_code, "9999" in unknown.stderr) == (1, True)
     assert menshin("report", number, "--out", "a.doc").exit_code == 2
