@@ -26,7 +26,6 @@ from service.http.parameters import Code, Reading
 from service.http.rendering import As, page, picture
 from service.http.responses import TaggedRoute
 from service.jobs import queue as job_queue
-from service.language.translation import gettext, said
 from service.reports.charts import Picture
 
 VALUES = 3000
@@ -65,16 +64,15 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
 
 
 def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -> list[str]:
-    """One sentence in the reader's language of each quantity that cannot raise an alarm yet, with the reason."""
+    """One sentence of each quantity that cannot raise an alarm yet: how many earthquakes it needs, and why."""
     sentences = []
     for quantity, rows in _by_quantity(series):
         own = [one for one in rows if one.subject != BOTH_DIRECTIONS]
         if lacking := [one for one in own if one.wanted]:
             most = max(lacking, key=lambda one: one.wanted)
-            need = said(_need(most.wanted, in_force(periods, quantity, most.subject)))
-            names = ", ".join(said(charts.named(one.subject)) for one in lacking)
-            template = gettext(texts.UNJUDGED if lacking == own else texts.UNJUDGED_PARTLY)
-            sentences.append(template.format(title=said(most.title.capitalize()), names=names, need=need))
+            named = "" if lacking == own else f" ({', '.join(charts.named(one.subject) for one in lacking)})"
+            need = _need(most.wanted, in_force(periods, quantity, most.subject))
+            sentences.append(f"{most.title.capitalize()}{named}: {need}.")
     return sentences
 
 

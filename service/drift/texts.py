@@ -84,8 +84,6 @@ NAMES: Mapping[str, str] = {
     "model_error": "model error",
 }
 """Short names, by quantity."""
-UNJUDGED = "{title}: {need}."
-UNJUDGED_PARTLY = "{title} ({names}): {need}."
 RETURNS = "It returns after an earlier loss, as after a repair or when the rubber has had time to recover."
 OTHER_CAUSES = "Other possible explanations: {causes}."
 FOR_THE_ENGINEER = "For the engineer: {message}."

@@ -88,8 +88,11 @@ NONE_YET = "No earthquake has been recorded yet."
 def title(check: Check) -> str:
     """`Change of stiffness, direction x`."""
     name = TITLES.get(check.name, check.name.replace("_", " "))
-    full = f"{name}, direction {check.subject}" if check.subject else name
-    return f"{full} ({check.note})" if check.note else full
+    if check.subject and check.note:
+        return f"{name}, direction {check.subject} ({check.note})"
+    if check.subject:
+        return f"{name}, direction {check.subject}"
+    return f"{name} ({check.note})" if check.note else name
 
 
 def value(check: Check) -> str:

@@ -49,6 +49,7 @@ JAPANESE = Catalogue(
             "a mass that is +8 % off agrees with all and a gain that is −5 % off agrees with all",
             "質量の誤差 +8 %（整合）と感度の誤差 −5 %（整合）",
         ),
+        ("the isolators moved 8 % (95 %: 6 to 9 %), and inspect", "免震層の変位は 8 % (95 %: 6 to 9 %)、さらに点検"),
         ("It ended: change of stiffness. It is over.", "終了：剛性の変化。終わりました。"),
         (
             "KIS01: the gain of level 3 jumped; check it. It is left out; direction x: the gain of level 4 jumped; "
