@@ -108,10 +108,29 @@ class Message:
         after = dict(zip(self.names, self.literals, strict=False))
         return any(
             (value.endswith(".") and not after[name].endswith(SENTENCE))
-            or (": " in value and ":" not in fixed)
-            or ("; " in value and ":" not in fixed and ";" not in fixed)
+            or (len(outside(value, ": ")) > 1 and ":" not in fixed)
+            or (len(outside(value, "; ")) > 1 and ":" not in fixed and ";" not in fixed)
             for name, value in values.items()
+            if not after[name].endswith("(")
         )
+
+
+def is_outside(text: str, at: int) -> bool:
+    """True if that place of a text stands in no parentheses."""
+    return text.count("(", 0, at) <= text.count(")", 0, at)
+
+
+def outside(text: str, separator: str) -> list[str]:
+    """The parts of a text between separators that stand in no parentheses."""
+    parts: list[str] = []
+    opened = 0
+    for part in text.split(separator):
+        if opened > 0:
+            parts[-1] += separator + part
+        else:
+            parts.append(part)
+        opened = max(0, opened + part.count("(") - part.count(")"))
+    return parts
 
 
 def parsed(message: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -211,7 +230,7 @@ class Catalogue:
 
     def _parts(self, text: str, depth: int) -> str | None:
         """A text of several sentences, or of parts of one, of which those of one message stay together."""
-        between = list(STRONG.finditer(text))
+        between = [one for one in STRONG.finditer(text) if is_outside(text, one.start())]
         if not between:
             return None
         edges = [(0, 0), *((one.start(), one.end()) for one in between), (len(text), len(text))]
@@ -259,7 +278,7 @@ class Catalogue:
 
     def _split(self, text: str, depth: int) -> str | None:
         for separator in WEAK:
-            parts = text.split(separator)
+            parts = outside(text, separator)
             if len(parts) > 1 and (said := self._joined(parts, PARTS[self._language][separator], depth)):
                 return said
         return None
