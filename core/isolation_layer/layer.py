@@ -29,6 +29,8 @@ NO_CHANNEL = "no displacement was measured"
 """Reason for the lack of a measured displacement, in words."""
 INTEGRAL_CHANNEL = "the displacement channel contains accelerations integrated twice, so no displacement was measured"
 """Reasons for integrating the accelerations."""
+NO_MOTION = "no motion of the layer"
+"""What follows where there is nothing to integrate."""
 
 
 def layer_motion(
@@ -152,7 +154,7 @@ def _integrated(
     motion = integrate(relative, rate, acceleration_noise=noise, corner=corner)
     if motion is None:
         message = f"{name}: {why}, and the accelerations are nowhere clearly above their noise"
-        return None, (_warning(f"{message}; no motion of the layer"),)
+        return None, (_warning(f"{message}; {NO_MOTION}"),)
     message = (
         f"{name}: {why}; it was integrated from the accelerations and is valid above {motion.band[0]:.2g} Hz, without "
         "the layer's residual offset"

@@ -22,6 +22,8 @@ GAIN = 2.0
 """Largest factor between two levels, beyond their quasi-static deflection. A choice: units err by ten and more."""
 LEAST_EXPECTED = 3.0
 """Power of the expected motion over that of its noise, below which the channel is not judged. Not tuned."""
+LEFT_OUT = "The channel is left out"
+"""What follows from some faults, in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +99,10 @@ def against(
     coherence, gain = abs(cross) ** 2 / (power * own), float(cross.real / power)
     if coherence < COHERENT:
         message = f"does not move with {name} below {BAND[1]} Hz (squared coherence {coherence:.2f}): check the sensor"
-        yield Fault("incoherent", channel, float(coherence), f"{message}. The channel is left out")
+        yield Fault("incoherent", channel, float(coherence), f"{message}. {LEFT_OUT}")
     elif gain < 0:
         message = f"moves opposite to {name}: its polarity is reversed. Reverse its sign and analyse again"
         yield Fault("reversed", channel, gain, message)
     elif not 1 / GAIN < gain < GAIN:
         message = f"moves {gain:.3g} times as much as {name} below {BAND[1]} Hz: check its unit and gain"
-        yield Fault("unit", channel, gain, f"{message}. The channel is left out")
+        yield Fault("unit", channel, gain, f"{message}. {LEFT_OUT}")

@@ -15,7 +15,7 @@ from core.arrays import ComplexMatrix, ComplexVector, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.record import Channel, Direction, Finding, Record
-from core.sensors.agreement import GAIN, Fault, against, low_spectra
+from core.sensors.agreement import GAIN, LEFT_OUT, Fault, against, low_spectra
 from core.sensors.clock import clock_faults
 from core.sensors.orientation import along_described_axes, oriented
 from core.sensors.rigid import RigidLevels, rigid_levels, unlike_neighbours
@@ -209,7 +209,7 @@ def _out_of_order(spectra: _Spectra, base: ComplexVector, floors: list[Channel])
         spread = np.sqrt(np.vdot(residual, residual).real / np.vdot(deflection, deflection).real / drift.size)
         if slope < -CERTAIN_ORDER * spread:
             message = "moves less than a level below it: two levels may be swapped. Check the building file"
-            yield Fault("swapped", channel, float(slope), f"{message}. The channel is left out")
+            yield Fault("swapped", channel, float(slope), f"{message}. {LEFT_OUT}")
         lower = higher
 
 

@@ -54,8 +54,10 @@ PARENTHESIS = re.compile(r"(.+?) \(([^()]*)\)(.*)", re.DOTALL)
 QUANTITY = r"[−-]?\d[\d.,]*(?: ± \d[\d.,]*)?(?: (?:%|[a-zA-Z/²³]{1,5}))?"
 ENDING = re.compile(rf"(?P<words>.+?) {QUANTITY}", re.DOTALL)
 BEGINNING = re.compile(rf"{QUANTITY} (?P<words>.+)", re.DOTALL)
-ENGLISH_WORD = re.compile(r"(?<![\w/.-])[a-z]{3,}(?![\w/.-])")
-FEWEST, PROVING = 5, 16
+ENGLISH_WORD = re.compile(r"(?<![\w/.-])(?!gal\b)[a-z]{3,}(?![\w/.-])")
+CODE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)")
+"""A command or a quoted value."""
+FEWEST, PROVING = 5, 15
 """Letters of a message in whose places a word may stay English, and any number of them: `{0} of {1}` proves little."""
 LETTERS = re.compile(r"[A-Za-z]{2}")
 
@@ -78,7 +80,7 @@ class Message:
     def is_told_by(self, values: Iterable[str]) -> bool:
         """True if the text was composed from it, by its letters and by what is left in English of its values."""
         letters = sum(letter.isalpha() for literal in self.literals for letter in literal)
-        words = max((len(ENGLISH_WORD.findall(value)) for value in values), default=0)
+        words = max((len(ENGLISH_WORD.findall(CODE.sub("", value))) for value in values), default=0)
         return letters >= PROVING or words == 0 or (words == 1 and letters >= FEWEST)
 
     def values(self, text: str) -> dict[str, str] | None:

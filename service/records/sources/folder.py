@@ -1,7 +1,7 @@
 """A folder that files arrive in."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from errno import EINVAL
@@ -76,8 +76,7 @@ class Folder:
         if growing != seen:
             yield Step((), {"seen": growing})
         if unreadable:
-            more = f" (and {len(unreadable) - 1} more)" if unreadable[1:] else ""
-            raise SourceError(f"{unreadable[0].filename} cannot be read: {unreadable[0].strerror}{more}; {RIGHTS}")
+            raise SourceError(_unreadable(unreadable))
 
     def _check(self) -> None:
         try:
@@ -125,6 +124,11 @@ class Folder:
                     return Arrival(name=name, origin=origin, data=data)
         refusal = str(TooLargeError(origin, status.st_size, self.max_bytes))
         return Arrival(name=name, origin=origin, data=None, refusal=refusal)
+
+
+def _unreadable(errors: Sequence[OSError]) -> str:
+    problem = f"{errors[0].filename} cannot be read: {errors[0].strerror}"
+    return f"{problem} (and {len(errors) - 1} more); {RIGHTS}" if errors[1:] else f"{problem}; {RIGHTS}"
 
 
 def _mark(file: Path) -> Mark | None:

@@ -18,27 +18,37 @@ HELPS = {
     HTTPStatus.PROXY_AUTHENTICATION_REQUIRED: "the proxy between here and there needs a password; ask its operator",
 }
 """Remedies for answers that will not change by themselves."""
+NAMELESS = "its name is not known"
+CLOSED = "the connection is refused, as no server listens at this port"
+"""Reasons why a server cannot be reached."""
 TITLE = re.compile(rb"<title[^>]*>(.*?)</title>", re.IGNORECASE | re.DOTALL)
 
 
-def unreachable(error: BaseException) -> tuple[str, str]:
-    """The problem (`cannot be reached: ...`) and its remedy, from the system's error behind an exception."""
+def unreachable(address: object, error: BaseException) -> tuple[str, str]:
+    """The problem (`... cannot be reached: ...`) and its remedy, from the system's error behind an exception."""
     for cause in _causes(error):
         if isinstance(cause, ssl.SSLError):
             problem, helps = _tls(cause)
-            return f"cannot be reached: {problem}", helps
+            return f"{address} cannot be reached: {problem}", helps
         if isinstance(cause, socket.gaierror):
             return (
-                "cannot be reached: its name is not known",
+                f"{address} cannot be reached: {NAMELESS}",
                 f"check {LOCATION}, and the name server (DNS)",
             )
         if isinstance(cause, ConnectionRefusedError):
-            return "cannot be reached: the connection is refused, as no server listens at this port", REFUSED
+            return f"{address} cannot be reached: {CLOSED}", REFUSED
         if isinstance(cause, ConnectionResetError):
-            return "broke off its answer", REFUSED
+            return f"{address} broke off its answer", REFUSED
         if isinstance(cause, OSError) and cause.strerror:
-            return f"cannot be reached: the network says {cause.strerror!r}", REFUSED
-    return f"broke off its answer ({str(error) or type(error).__name__})", "it is tried again at the next poll"
+            return f"{address} cannot be reached: {_of_system(cause.strerror)}", REFUSED
+    return (
+        f"{address} broke off its answer ({str(error) or type(error).__name__})",
+        "it is tried again at the next poll",
+    )
+
+
+def _of_system(words: str) -> str:
+    return f"the network says {words!r}"
 
 
 def refusal(status: int, reason: str) -> str:

@@ -162,8 +162,8 @@ class Client:
             problem = f"{url} did not answer within {self.settings.polling.timeout:g} s"
             raise BrokenError(problem) from error
         except httpx.TransportError as error:
-            problem, helps = unreachable(error)
-            raise BrokenError(f"{url} {problem}", helps=helps) from error
+            problem, helps = unreachable(url, error)
+            raise BrokenError(problem, helps=helps) from error
         except httpx.HTTPError as error:
             raise SourceError(f"{url} cannot be requested: {error}; correct {LOCATION}") from error
         _check_redirect(url, target, redirects)

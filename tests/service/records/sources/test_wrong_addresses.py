@@ -81,8 +81,8 @@ def test_an_unknown_host() -> None:
         except OSError as system:
             raise httpx.ConnectError(str(system)) from system
     except httpx.ConnectError as raised:
-        found, helps = unreachable(raised)
-    assert found == "cannot be reached: its name is not known"
+        found, helps = unreachable("it", raised)
+    assert found == "it cannot be reached: its name is not known"
     assert "check location in the building file" in helps
 
 
