@@ -40,7 +40,7 @@ def covariates(observations: Sequence[Observation]) -> tuple[Covariate, ...]:
     numbers = [Covariate(name, np.concatenate([row[name] for row in rows])) for name in rows[0]]
     phase = Covariate("phase", np.concatenate([_phase(one.layer.displacement) for one in observations]), PHASES)
     counts = [one.layer.displacement.size for one in observations]
-    names = tuple(f"{one.name} in {one.direction}" for one in observations)
+    names = tuple(f"{one.name}, direction {one.direction}" for one in observations)
     earthquake = Covariate("earthquake", np.repeat(np.arange(len(names), dtype=float), counts), names)
     return tuple(one for one in (*numbers, phase, earthquake) if _changes(one.values))
 

@@ -180,15 +180,15 @@ def failure_sentences(failing: Failure) -> tuple[str, ...]:
 
 
 def _sentences(failing: Failure) -> Iterator[str]:
-    size = (
-        f"{_kilonewton(failing.misfit.rms)} (root mean square), {_round(100 * failing.misfit.nrmse, 2)} % of the force"
+    share = _round(100 * failing.misfit.nrmse, 2)
+    error = (
+        f"The model's force is off by {_kilonewton(failing.misfit.rms)} (root mean square), {share} % of the force and "
+        f"{failing.noise_ratio.value:.3g} times the noise"
     )
-    ratio = f"{failing.noise_ratio.value:.3g} times the noise"
-    error = f"The model's force is off by {size}"
     if failing.is_noise:
-        yield f"{error} and {ratio}: it cannot be distinguished from noise."
+        yield f"{error}: it cannot be distinguished from noise."
         return
-    yield f"{error} and {ratio}."
+    yield f"{error}."
     if failing.is_of_values:
         yield (
             f"Another constant stiffness and damping would remove {_share(failing.constant)} of the excess error: "
@@ -206,9 +206,11 @@ def _where(failing: Failure) -> str:
     if not failing.regions:
         return "The excess error is not concentrated anywhere: it is distributed like the force itself."
     first, chosen = failing.regions[0], failing.narrowed or failing.regions[0]
-    phase = f", {chosen.classed}" if failing.narrowed else ""
-    energy = f"which has {_percent(chosen.energy)} of the force's energy"
-    return f"{_share(chosen.share)} of the excess error lies {place(first)}{phase}, {energy}."
+    where = f"{place(first)}, {chosen.classed}" if failing.narrowed else place(first)
+    return (
+        f"{_share(chosen.share)} of the excess error lies {where}, which has {_percent(chosen.energy)} of the force's "
+        "energy."
+    )
 
 
 def place(region: Region) -> str:
@@ -228,12 +230,12 @@ def _corrections(failing: Failure) -> Iterator[str]:
     helping = [(one, away) for one, away in helping if away.low > failing.constant.value + WORTH_NAMING]
     helping.sort(key=lambda pair: -pair[1].value)
     if helping:
-        shares = ", ".join(f"{_share(away)} with {_name(one)}" for one, away in helping[:MOST_NAMED])
+        shares = ", ".join(f"{_share(away)} with the {_name(one)}" for one, away in helping[:MOST_NAMED])
         yield f"Stiffness and damping that vary would explain {shares}."
 
 
 def _name(one: Profile) -> str:
-    return "the phase of the loop" if one.name == "phase" else f"the {one.name}"
+    return "phase of the loop" if one.name == "phase" else one.name
 
 
 def _window(window: Window) -> str:
@@ -253,7 +255,7 @@ def _percent(value: float) -> str:
 
 
 def _kilonewton(value: float) -> str:
-    return f"{_round(value * 1e-3, 3)} kN"
+    return " ".join((_round(value * 1e-3, 3), "kN"))
 
 
 def _round(value: float, digits: int) -> str:

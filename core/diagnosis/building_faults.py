@@ -26,6 +26,8 @@ from core.rounding import with_std
 
 UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
 """Faults with which a channel stays in use; channels with other faults are corrected or excluded."""
+MORE, LESS = ("above", "large"), ("below", "small")
+"""Side of the design on which forces lie, and the size of the given mass that has this effect."""
 LENGTHS = ("D_y",)
 """Design values that do not scale with the mass."""
 DESIGN = 0.04
@@ -102,12 +104,12 @@ def _mass(fit: Fit, description: BuildingDescription) -> BuildingFault | None:
     if wrong is None:
         return None
     percent, std = 100 * abs(wrong.change), 100 * wrong.std
+    side, size = MORE if wrong.change > 0 else LESS
     message = (
         f"stiffness, damping and yield force all are {with_std(percent, std)} % "
-        f"{'above' if wrong.change > 0 else 'below'} the design, the yield displacement is not: as if the given mass "
-        f"were that much too {'large' if wrong.change > 0 else 'small'}. Records cannot distinguish this from "
-        "isolators that all differ from their design by this factor: the weight on "
-        "the isolators, or a test of one, would"
+        f"{side} the design, the yield displacement is not: as if the given mass were that much too {size}. Records "
+        "cannot distinguish this from isolators that all differ from their design by this factor: the weight on the "
+        "isolators, or a test of one, would"
     )
     return BuildingFault(Cause.MASS, "mass", None, wrong.change, wrong.std, message)
 

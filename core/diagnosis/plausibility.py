@@ -61,8 +61,10 @@ def _doubts(effect: str, fit: Fit) -> Iterator[str]:
     searched = [] if fit.outcome is Outcome.STOPPED else [name for name in values if (effect, name) in fit.free]
     for one in (parameter((effect, name)) for name in searched if name not in about.linear):
         if values[one.name] in one.bounds:
-            side = "smallest" if values[one.name] == one.bounds[0] else "largest"
-            yield f"{one.name} is at its {side} allowed value ({one.meaning})"
+            if values[one.name] == one.bounds[0]:
+                yield f"{one.name} is at its smallest allowed value ({one.meaning})"
+            else:
+                yield f"{one.name} is at its largest allowed value ({one.meaning})"
     # an instant between two earthquakes need not be known any better
     lost = [name for of, name in fit.undetermined if of == effect and not parameter((of, name)).is_instant]
     if lost:

@@ -116,18 +116,23 @@ def _erring(error: SensorError) -> BuildingFault | None:
     std = float(np.sqrt(error.covariance[at, at])) * (1 + size if error.part == "gain" else 1.0)
     if abs(size) < max(SMALLEST[error.part], CERTAIN * std):
         return None
-    instead = f"; an opposite error of {' or '.join(error.others)} would have the same effect" if error.others else ""
-    return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, f"{_said(error.part, size, std)}{instead}")
+    message = _said(error.part, size, std)
+    if error.others:
+        message = f"{message}; an opposite error of {' or '.join(error.others)} would have the same effect"
+    return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, message)
 
 
 def _said(part: str, size: float, std: float) -> str:
     if part == "gain":
-        amount = f"{with_std(100 * abs(size), 100 * std)} % too {'much' if size > 0 else 'little'}"
+        share = with_std(100 * abs(size), 100 * std)
+        amount = f"{share} % too much" if size > 0 else f"{share} % too little"
         return f"reads {amount} against the other sensors; check it, or divide its gain by {1 + size:.3f}"
     if part == "delay":
-        amount = f"{with_std(1000 * abs(size), 1000 * std)} ms {'late' if size > 0 else 'early'}"
+        delay = with_std(1000 * abs(size), 1000 * std)
+        amount = f"{delay} ms late" if size > 0 else f"{delay} ms early"
         return f"is {amount} against the other sensors, with no change; check filters and time stamps of its logger"
-    amount = f"{with_std(1000 * abs(size), 1000 * std)} ms per second {'slow' if size > 0 else 'fast'}"
+    rate = with_std(1000 * abs(size), 1000 * std)
+    amount = f"{rate} ms per second slow" if size > 0 else f"{rate} ms per second fast"
     return f"its clock is {amount} against the others'; synchronise its logger with a common time source"
 
 

@@ -16,6 +16,9 @@ from core.model.isolator import Isolator
 from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes
 from core.workbench.fitting import deviations
 
+AS_GIVEN, REFITTED = "as given", "refitted"
+"""Names of the versions that come before the added effects."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:

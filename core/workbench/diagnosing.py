@@ -23,7 +23,7 @@ from core.model.first_model import first_model
 from core.model.isolator import Isolator
 from core.rounding import plain
 from core.tables import Table, report
-from core.workbench.candidates import Candidate, Stage, candidates, stages, version_name
+from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
@@ -35,9 +35,15 @@ RUNNERS_UP = 2
 BRIEF = 8
 """Candidates in a printed report, the best first."""
 CALLED = MappingProxyType(
-    {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
+    {
+        Cause.SENSOR: "The sensor {channel}: {fault}.",
+        Cause.SUPERSTRUCTURE: "The superstructure: {fault}.",
+        Cause.MASS: "The mass: {fault}.",
+    }
 )
-"""Openings of the sentences on faults, by cause."""
+"""Sentences on faults, by cause."""
+IMPOSSIBLE, DOUBTFUL = "impossible", "doubtful"
+"""Why an effect is not proposed."""
 NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
 """Message of an error."""
 
@@ -139,7 +145,7 @@ def diagnose(
     refitted = compare(readable(diagnosis.refitted.model), seen)
     progress("driving the versions by the motion and by the ground alone", 3, 4)
     staged = stages(diagnosis, seen)
-    versions = [Version("as given", model_errors(model, seen)), Version("refitted", refitted.errors)]
+    versions = [Version(AS_GIVEN, model_errors(model, seen)), Version(REFITTED, refitted.errors)]
     for number, stage in enumerate(staged):
         version = Version(version_name(staged[: number + 1]), model_errors(stage.fit.model, seen))
         if not lowers(versions[-1], version, seen):
@@ -195,7 +201,7 @@ def first_cause(faults: Sequence[BuildingFault]) -> Cause | None:
 
 def fault_sentences(faults: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
-    each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in faults)
+    each = tuple(CALLED[one.cause].format(channel=one.channel, fault=one.message.rstrip(".")) for one in faults)
     return (*each, "Correct this first: it may cause the findings on the isolation layer below.") if each else ()
 
 
@@ -269,7 +275,7 @@ def _open(result: DiagnosisResult) -> Iterator[str]:
     strange = [one for one in result.candidates if one.implausible and one.delta_bic < -DECISIVE]
     for one in [one for one in strange if one.effect not in named][:RUNNERS_UP]:
         against = objection(one.effect, one.fit, result.earthquakes.fitted)
-        verdict = "impossible" if against is not None and against.is_impossible else "doubtful"
+        verdict = IMPOSSIBLE if against is not None and against.is_impossible else DOUBTFUL
         yield f"Not proposed because it is {verdict}: {titled(one.effect)}; {one.implausible}."
     unseen = ", ".join(dict.fromkeys(name for name, _ in result.diagnosis.refitted.undetermined))
     if unseen:

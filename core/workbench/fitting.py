@@ -124,7 +124,7 @@ def fit_sentences(fit: Fit, inflation: float) -> tuple[str, ...]:
 
 
 def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
-    yield f"{OPENINGS[fit.outcome]}{fit.outcome.value}."
+    yield f"{OPENINGS[fit.outcome].format(reason=fit.outcome.value)}."
     if ends := list(_ends(fit)):
         yield f"At the end of its range: {'; '.join(ends)}. The effect may be absent, or another may be missing."
     if fit.undetermined:
@@ -141,24 +141,24 @@ def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
 
 
 OPENINGS = {
-    Outcome.SETTLED: "Fitted: ",
-    Outcome.AT_BOUND: "Fitted, but ",
-    Outcome.UNDETERMINED: "Fitted in part: ",
-    Outcome.STOPPED: "Not fitted: ",
-    Outcome.DIVERGED: "Not fitted: ",
+    Outcome.SETTLED: "Fitted: {reason}",
+    Outcome.AT_BOUND: "Fitted, but {reason}",
+    Outcome.UNDETERMINED: "Fitted in part: {reason}",
+    Outcome.STOPPED: "Not fitted: {reason}",
+    Outcome.DIVERGED: "Not fitted: {reason}",
 }
-"""Openings of the sentences on how a fit ended, by outcome."""
+"""Sentences on how a fit ended, by outcome."""
 
 
 def _ends(fit: Fit) -> Iterator[str]:
     for key in _determined(fit):
         about, value = parameter(key), _value(fit, key)
         if value in about.bounds:
-            side = "smallest" if value == about.bounds[0] else "largest"
-            yield (
-                f"{_name(key)}, {plain(shown(value, about.unit), 3)} {unit(about.unit)}".rstrip()
-                + f", the {side} that it may be"
-            )
+            number = f"{plain(shown(value, about.unit), 3)} {unit(about.unit)}".rstrip()
+            if value == about.bounds[0]:
+                yield f"{_name(key)}, {number}, the smallest that it may be"
+            else:
+                yield f"{_name(key)}, {number}, the largest that it may be"
 
 
 def _close(fit: Fit) -> list[tuple[str, str, float]]:

@@ -19,7 +19,7 @@ from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.rounding import plain
 from core.tables import report
-from core.workbench.candidates import Candidate, candidates
+from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
 from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
@@ -110,8 +110,8 @@ def add(
     (candidate,) = tried
     progress("driving the versions by the motion and by the ground alone", 1, 2)
     versions = (
-        Version("as given", model_errors(model, seen)),
-        Version("refitted", model_errors(ranking.base.model, seen)),
+        Version(AS_GIVEN, model_errors(model, seen)),
+        Version(REFITTED, model_errors(ranking.base.model, seen)),
         Version(f"with {effect}", model_errors(candidate.fit.model, seen)),
     )
     by_noise.memory.clear()

@@ -95,18 +95,18 @@ def gain(before: Version, after: Version, earthquakes: Earthquakes) -> tuple[str
     errors = {
         group: (before.error(names).nrmse, after.error(names).nrmse) for group, names in earthquakes.groups.items()
     }
-    changes = [_change(group, *errors[group]) for group in errors]
-    opening = f"The error of the force changes {' and '.join(changes)}."
+    was, now = map(percent, errors[FITTED])
+    opening = f"The error of the force changes from {was} to {now} where it was fitted."
     if HELD_OUT not in errors:
         return opening, "No earthquake was held out, so this result is not validated. Hold one out to validate it."
+    was_outside, now_outside = map(percent, errors[HELD_OUT])
+    opening = (
+        f"The error of the force changes from {was} to {now} where it was fitted and from {was_outside} to "
+        f"{now_outside} on held-out earthquakes."
+    )
     if helps(before, after, earthquakes):
         return (opening,)
     return opening, "The error falls only for the fitted earthquakes: do not use the model for others."
-
-
-def _change(group: str, before: float, after: float) -> str:
-    where = "where it was fitted" if group == FITTED else "on held-out earthquakes"
-    return f"from {percent(before)} to {percent(after)} {where}"
 
 
 def _rows(

@@ -82,11 +82,13 @@ def evidence(effect: str, before: Misfit, after: Misfit, delta_bic: float | None
         change = f"{effect} raises the error of the force from {was} to {now}"
     else:
         change = f"{effect} leaves the error of the force as it is: {was} without it, {now} with it"
+    change = _capital(change)
     if delta_bic is None:
-        return f"{_capital(change)}."
-    support = "support" if delta_bic < -DECISIVE else "do not support"
-    bic = f"ΔBIC {plain(delta_bic, DIGITS)}: the records {support} it, the limit is −{DECISIVE:g}"
-    return f"{_capital(change)} ({bic})."
+        return f"{change}."
+    bic = plain(delta_bic, DIGITS)
+    if delta_bic < -DECISIVE:
+        return f"{change} (ΔBIC {bic}: the records support it, the limit is −{DECISIVE:g})."
+    return f"{change} (ΔBIC {bic}: the records do not support it, the limit is −{DECISIVE:g})."
 
 
 def missing(
@@ -110,7 +112,8 @@ def missing(
         return
     beside = ", ".join(one.effect for one in stages[:-1])
     alike = [one.effect for one in stage.step.alike]
-    yield _capital((f"beside {beside}, " if beside else "") + _is_missing(stage, alike))
+    lacking = _is_missing(stage, alike)
+    yield _capital(f"beside {beside}, {lacking}" if beside else lacking)
     yield evidence(stage.effect, was, now, delta)
     if against := implausible(stage.effect, stage.fit, earthquakes.fitted):
         yield f"It is doubtful: {against}."
@@ -168,7 +171,7 @@ def _is_missing(stage: Stage, alike: list[str]) -> str:
     families = {EFFECTS[name].family for name in alike}
     if len(alike) < 2:
         values = stage.fit.model.effects[stage.effect]
-        return f"{titled(stage.effect)} is missing. {explained(EFFECTS[stage.effect], values)}"
+        return " ".join((f"{titled(stage.effect)} is missing.", explained(EFFECTS[stage.effect], values)))
     if len(families) == 1:
         either = " or ".join(map(titled, alike))
         return f"an effect of the family {families.pop()} is missing: {either}; the records cannot distinguish them."

@@ -79,6 +79,8 @@ NOT_COMPARABLE = (
     "none of these events has the motion and the force of the isolation layer in the model's direction; analysed "
     "events of a building with a transducer, or with accelerometers on both sides of the layer, are needed"
 )
+ONE_EVENT = "event"
+"""The latest one."""
 ALL_HELD_OUT = "Every event is held out; keep at least one to fit."
 
 
@@ -109,12 +111,13 @@ def reading_event(name: str) -> str:
 
 def fitting_with(effect: str) -> str:
     """Progress of an addition."""
-    return f"{FITTING} with {effect}"
+    return f"Fitting the model with {effect}"
 
 
 def fitted_to(fitted: int, held_out: int) -> str:
     """Change of a version by a fit."""
-    return f"fitted to {fitted} event{'s' if fitted > 1 else ''}" + (f", {held_out} held out" if held_out else "")
+    events = "event" if fitted == 1 else "events"
+    return f"fitted to {fitted} {events}, {held_out} held out" if held_out else f"fitted to {fitted} {events}"
 
 
 def held_out_twice(earthquake: str) -> str:
@@ -175,7 +178,7 @@ def missed(latest: int, start: datetime, direction: str, excess: float, allowed:
         excess: error beyond noise, as a share of the force's RMS.
         allowed: the usual limit of the same.
     """
-    events = "event" if latest == 1 else f"{latest} events"
+    events = ONE_EVENT if latest == 1 else f"{latest} events"
     limit = "" if allowed is None else f"; the limit, from the events it was fitted to, is {percent(allowed)}"
     return (
         f"The model misses the latest {events}: in the event of {start:%Y-%m-%d %H:%M:%S} UTC, direction {direction}, "

@@ -11,7 +11,7 @@ from starlette.responses import RedirectResponse
 
 from core.effects import EFFECTS
 from core.units import shown
-from core.workbench.texts import distinguishing_records
+from core.workbench.texts import PLACE, distinguishing_records
 from service.access.auth import Caller, Role, engineer
 from service.access.pages import reader
 from service.buildings import queries as building_queries
@@ -25,6 +25,7 @@ from service.jobs import requests as job_requests
 from service.jobs.queue import UNDER_WAY
 from service.jobs.requests import cancel_for, may_cancel
 from service.jobs.tables import Job
+from service.language.translation import said
 from service.models import answers, queries, requests, store
 from service.models.api.comparisons import DiagnosisId
 from service.models.api.effects import EffectName, answered as effect_out
@@ -243,10 +244,16 @@ def effect(request: Request, name: EffectName, _: Reader) -> Response:
         refusal.status,
         refused=refusal,
         effect=effect_out(name, EFFECTS[name]),
+        explanation=_explanation(name),
         sliders={one.name: slider(one) for one in parameters},
         typed={one.name: f"{shown(values[one.name], one.unit):.6g}" for one in parameters}
         | {"amplitude": f"{amplitude * 1e3:g}"},
     )
+
+
+def _explanation(name: str) -> str:
+    """Explanation of an effect with the names of its parameters, which are not translated."""
+    return PLACE.sub(r"\1", said(PLACE.sub(r"{\1}", EFFECTS[name].explanation)))
 
 
 @router.post("/buildings/{code}/models")

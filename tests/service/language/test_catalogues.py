@@ -71,6 +71,14 @@ def test_a_filled_message_is_recognised_as_itself(language: str, name: str) -> N
     assert wrong == []
 
 
+@pytest.mark.parametrize(("language", "name"), CATALOGUES)
+def test_a_translation_of_a_template_s_message_can_be_filled(language: str, name: str) -> None:
+    values = dict.fromkeys((found[2:-2] for entry in read(language, name) for found in allowed(entry.id)), "1")
+    for entry in read(language, name):
+        if any(file.endswith(".html") for file, _ in entry.locations):
+            assert singular(entry.string) % values  # a per cent sign is written twice
+
+
 def test_a_message_of_several_catalogues_has_one_translation() -> None:
     for language in {language for language, _ in CATALOGUES}:
         said_as: dict[str, set[str]] = {}
