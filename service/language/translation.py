@@ -18,6 +18,7 @@ from string import Formatter
 
 from babel.messages.pofile import read_po
 
+from core.effects import EFFECTS
 from service.language.choice import ENGLISH, Language, spoken
 
 LONGEST = 4000
@@ -37,10 +38,10 @@ MOST = 8
 """Parts of a message in the midst of a text."""
 TELLING = 8
 """Letters of a fixed part that no value has in itself: it belongs to another message of that kind."""
-WEAK = (", and ", " – ", ", ", " and ")
+WEAK = (", and ", " – ", ", ", " and ", " or ")
 """What stands between smaller parts, in the order of splitting."""
 PARTS: Mapping[Language, Mapping[str, str]] = {
-    "ja": {" ": "", "; ": "；", ": ": "：", ", and ": "、", " – ": " – ", ", ": "、", " and ": "と"},
+    "ja": {" ": "", "; ": "；", ": ": "：", ", and ": "、", " – ": " – ", ", ": "、", " and ": "と", " or ": "または"},
 }
 """What replaces it."""
 ENDS: Mapping[Language, str] = {"ja": "。"}
@@ -51,6 +52,7 @@ MONTHS = (
 )  # fmt: skip
 DATE = re.compile(rf"(\d{{1,2}}) ({'|'.join(MONTHS)}) (\d{{4}})(?:, (\d\d:\d\d))?")
 PARENTHESIS = re.compile(r"(.+?) \(([^()]*)\)(.*)", re.DOTALL)
+LAST = re.compile(r"(.+) \(([^()]*)\)", re.DOTALL)
 QUANTITY = r"[−-]?\d[\d.,]*(?: ± \d[\d.,]*)?(?: (?:%|[a-zA-Z/²³]{1,5}))?"
 ENDING = re.compile(rf"(?P<words>.+?) {QUANTITY}", re.DOTALL)
 BEGINNING = re.compile(rf"{QUANTITY} (?P<words>.+)", re.DOTALL)
@@ -77,11 +79,18 @@ class Message:
         """Letters that a text must have: the more, the more specific."""
         return sum(map(len, self.literals))
 
+    @property
+    def letters(self) -> int:
+        """Number of letters of what stands beside the places."""
+        return sum(letter.isalpha() for literal in self.literals for letter in literal)
+
     def is_told_by(self, values: Iterable[str]) -> bool:
         """True if the text was composed from it, by its letters and by what is left in English of its values."""
-        letters = sum(letter.isalpha() for literal in self.literals for letter in literal)
-        words = max((len(ENGLISH_WORD.findall(CODE.sub("", value))) for value in values), default=0)
-        return letters >= PROVING or words == 0 or (words == 1 and letters >= FEWEST)
+        left = (
+            [word for word in ENGLISH_WORD.findall(CODE.sub("", value)) if word not in _codes()] for value in values
+        )
+        words = max(map(len, left), default=0)
+        return self.letters >= PROVING or words == 0 or (words == 1 and self.letters >= FEWEST)
 
     def values(self, text: str) -> dict[str, str] | None:
         """What a text has in the places; None if the message does not fit."""
@@ -97,7 +106,8 @@ class Message:
             found.append(text[at:following])
             at = following + len(literal)
         found.append(text[at:end])
-        telling = [literal for literal in self.literals if len(literal) >= TELLING]
+        least = TELLING if self.letters >= PROVING else 1
+        telling = [literal for literal in self.literals if len(literal) >= least and LETTERS.search(literal)]
         if any(SENTENCES.search(value) or any(one in value for one in telling) for value in found):
             return None
         if any(value.count("(") != value.count(")") for value in found):
@@ -133,6 +143,12 @@ def outside(text: str, separator: str) -> list[str]:
             parts.append(part)
         opened = max(0, opened + part.count("(") - part.count(")"))
     return parts
+
+
+@cache
+def _codes() -> frozenset[str]:
+    """Names of effects and of their parameters, which are the same in every language."""
+    return frozenset({*EFFECTS, *(one.name for effect in EFFECTS.values() for one in effect.parameters)})
 
 
 def parsed(message: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -192,8 +208,8 @@ class Catalogue:
             self._varied(text, depth, is_whole=True)
             or self._parts(text, depth)
             or self._varied(text, depth, is_whole=False)
-            or self._parenthesis(text, depth)
             or self._split(text, depth)
+            or self._parenthesis(text, depth)
             or self._beside_quantity(text, depth)
         )
 
@@ -220,7 +236,7 @@ class Catalogue:
 
     def _varied(self, text: str, depth: int, *, is_whole: bool) -> str | None:
         """The same of a text whose first letter or full stop differs from the message's."""
-        other = text[:1].swapcase() + text[1:]
+        other = text if text in _codes() else text[:1].swapcase() + text[1:]
         for end in ("", "."):
             if text.endswith(end):
                 for one in (text, other):
@@ -286,6 +302,10 @@ class Catalogue:
         return None
 
     def _parenthesis(self, text: str, depth: int) -> str | None:
+        last = LAST.fullmatch(text)
+        head = None if last is None else self._part(last[1], depth)
+        if last is not None and head is not None:
+            return f"{head}（{self._part(last[2], depth) or last[2]}）"
         inside = PARENTHESIS.fullmatch(text)
         if inside is None:
             return None
