@@ -51,6 +51,22 @@ SIDES: Mapping[str, tuple[str, str, float]] = MappingProxyType(
     }
 )
 """Phrases for the two sides of a threshold, and users' units per SI unit."""
+VARYING: Mapping[str, str] = MappingProxyType(
+    {
+        "amplitude": "amplitude",
+        "velocity": "velocity",
+        "largest past displacement": "largest past displacement",
+        "travel": "travel",
+        "cycle": "cycle",
+        "time": "time",
+        "other direction": "other direction",
+        "vertical load": "vertical load",
+        "temperature": "temperature",
+        "phase": "phase of the loop",
+        "earthquake": "earthquake",
+    }
+)
+"""Names in sentences of what stiffness and damping may vary with."""
 MOST_NAMED = 3
 """Largest number of regions, varying stiffnesses or windows in a sentence."""
 NAMED = 0.01
@@ -235,7 +251,7 @@ def _corrections(failing: Failure) -> Iterator[str]:
 
 
 def _name(one: Profile) -> str:
-    return "phase of the loop" if one.name == "phase" else one.name
+    return VARYING.get(one.name, one.name)
 
 
 def _window(window: Window) -> str:

@@ -90,12 +90,17 @@ def _storey(
     names = [floor.name for floor in description.floors]
     instead = " or ".join(f"that below {names[storey]!r}" for storey in softened.others)
     less = with_std(-100 * softened.change, 100 * softened.std)
-    message = (
+    fault = (
         f"direction {direction}: the storey below {names[softened.storey]!r} has {less} % less stiffness than "
         "designed, against the other storeys"
-        f"{f' (or {instead}: a sensor between would show it)' if instead else ''}. Look for damage there, or correct "
-        "its stiffness in the building file; the estimated force already allows for it"
     )
+    if instead:
+        fault = f"{fault} (or {instead}: a sensor between would show it)"
+    remedy = (
+        "Look for damage there, or correct its stiffness in the building file; the estimated force already allows for "
+        "it"
+    )
+    message = f"{fault}. {remedy}"
     return BuildingFault(Cause.SUPERSTRUCTURE, "storey", names[softened.storey], softened.change, softened.std, message)
 
 
@@ -105,12 +110,15 @@ def _mass(fit: Fit, description: BuildingDescription) -> BuildingFault | None:
         return None
     percent, std = 100 * abs(wrong.change), 100 * wrong.std
     side, size = MORE if wrong.change > 0 else LESS
-    message = (
-        f"stiffness, damping and yield force all are {with_std(percent, std)} % "
-        f"{side} the design, the yield displacement is not: as if the given mass were that much too {size}. Records "
-        "cannot distinguish this from isolators that all differ from their design by this factor: the weight on the "
-        "isolators, or a test of one, would"
+    fault = (
+        f"stiffness, damping and yield force all are {with_std(percent, std)} % {side} the design, the yield "
+        f"displacement is not: as if the given mass were that much too {size}"
     )
+    remedy = (
+        "Records cannot distinguish this from isolators that all differ from their design by this factor: the weight "
+        "on the isolators, or a test of one, would"
+    )
+    message = f"{fault}. {remedy}"
     return BuildingFault(Cause.MASS, "mass", None, wrong.change, wrong.std, message)
 
 

@@ -162,8 +162,9 @@ def _drift_fault(channel: Channel, known: Sequence[BaselineDrift]) -> BuildingFa
         return None
     worst = max(certain, key=lambda one: abs(one.change) / one.std)
     unit, scale = ("mm", 1000) if channel.quantity == "displacement" else ("gal", 100)
-    message = (
+    fault = (
         f"its level changes by {with_std(scale * worst.change, scale * worst.std)} {unit} while the building is at "
-        f"rest, in {len(certain)} of {len(known)} earthquakes: it drifts. Check its supply, cable and fixing"
+        f"rest, in {len(certain)} of {len(known)} earthquakes: it drifts"
     )
+    message = f"{fault}. Check its supply, cable and fixing"
     return BuildingFault(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)
