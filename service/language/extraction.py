@@ -174,6 +174,8 @@ DRAWN = re.compile(r"(.*_)?(CONFIG|SHAPES)")
 FIELD = re.compile(r".*:[QNOT]|.*=\".*|<.*", re.DOTALL)
 """A field of a chart with its type, or markup."""
 PLACE = re.compile(r"\{\d+\}")
+NAMED = re.compile(r"\{[^{}]*\}")
+"""A place of a text for `str.format`."""
 LETTERS = re.compile(r"[A-Za-z]{2}")
 EDGES = " ,;:\n"
 """What joins a part of a sentence to others; it is no part of the message."""
@@ -219,6 +221,7 @@ def _texts(node: ast.AST, hidden: set[int]) -> Iterator[str]:
         return
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         is_text = WORDS.search(node.value) or LABEL.fullmatch(node.value)
+        is_text = is_text and LETTERS.search(NAMED.sub("", node.value))
         if is_text and not FIELD.fullmatch(node.value) and not TYPE.fullmatch(node.value):
             yield _without_formats(node.value).strip(EDGES)
         return
