@@ -17,7 +17,6 @@ JAPANESE = Catalogue(
         "Friction": "摩擦",
         "with {0}": "{0} を追加",
         "{0} with the {1}": "{1}により {0}",
-        "{0} ({1} to {2})": "{0}（{1}～{2}）",
         "amplitude": "振幅",
         "velocity": "速度",
         "{0} alert{1} open": "未解決の警報 {0} 件",
@@ -54,8 +53,8 @@ JAPANESE = Catalogue(
             "摩擦（friction）または起動摩擦（ストライベック効果）（breakaway）",
         ),
         (
-            "74 % (72 to 80) with the amplitude, 60 % (50 to 70) with the velocity",
-            "振幅により 74 %（72～80）、速度により 60 %（50～70）",
+            "74 % (72) with the amplitude, 60 % (50) with the velocity",
+            "振幅により 74 % (72)、速度により 60 % (50)",
         ),
         ("1 alert open; 2 alerts open", "未解決の警報 1 件；未解決の警報 2 件"),
         ("inspect: the isolators moved 12 mm", "点検：免震層の変位は 12 mm"),
