@@ -9,11 +9,11 @@ const AXIS = 80; // CSS pixels beside a panel, for its vertical axis
 const LEAST = 120; // CSS pixels of a panel
 const AHEAD = "300px"; // charts this near to the screen are drawn
 const SHARPNESS = 2; // pixels of a saved picture per CSS pixel
-const WORDS = {
-  chart: "chart",
-  help: "Help",
-  keys: "Zoom: + and − keys, Ctrl and the wheel, or two fingers. Move: arrow keys, the mouse, or a finger sideways. Reset: 0 or Escape.",
-  cursor: "Shift with ← or → moves the cursor in time, which all charts of the page show.",
+const WORDS = { // inWords is of theme.js
+  chart: inWords("chart"),
+  help: inWords("Help"),
+  keys: inWords("Zoom: + and − keys, Ctrl and the wheel, or two fingers. Move: arrow keys, the mouse, or a finger sideways. Reset: 0 or Escape."),
+  cursor: inWords("Shift with ← or → moves the cursor in time, which all charts of the page show."),
 };
 
 let library;
@@ -114,7 +114,7 @@ class Chart {
     this.figure = figure;
     this.spec = spec;
     this.still = figure.querySelector("img");
-    this.title = figure.querySelector("figcaption b").textContent.replace(/\.$/, "");
+    this.title = figure.querySelector("figcaption b").textContent.replace(/[.。]$/, "");
     this.area = document.createElement("div");
     this.area.className = "live";
     this.readout = document.createElement("p");
@@ -232,7 +232,7 @@ class Chart {
   addTools() {
     const tools = document.createElement("p");
     tools.className = "tools";
-    const name = this.title.replace(/[^\w]+/g, "-").toLowerCase();
+    const name = this.title.replace(/[^\p{L}\p{N}_]+/gu, "-").toLowerCase();
     const csv = this.figure.dataset.chart.replace(".json?", ".csv?");
     const add = (words, act) => {
       const button = document.createElement("button");
@@ -242,9 +242,9 @@ class Chart {
       button.addEventListener("click", () => act(button));
       tools.append(button);
     };
-    add("Reset zoom", () => this.draw());
+    add(inWords("Reset zoom"), () => this.draw());
     if (this.spec.usermeta.log) {
-      add("Log or linear axis", () => {
+      add(inWords("Log or linear axis"), () => {
         this.hasOtherAxes = !this.hasOtherAxes;
         return this.draw();
       });

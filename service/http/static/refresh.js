@@ -37,9 +37,9 @@ function announce(fresh) {
   line.className = "news";
   line.setAttribute("role", "status");
   button.type = "button";
-  button.textContent = "Show what is new";
+  button.textContent = inWords("Show what is new"); // of theme.js
   button.addEventListener("click", () => show(fresh));
-  line.append("This page has changed. ", button);
+  line.append(`${inWords("This page has changed.")} `, button);
   document.body.append(line);
 }
 

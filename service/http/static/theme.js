@@ -2,6 +2,11 @@
 // The theme that a person chose in this browser, set before anything is drawn; until then the system's theme applies.
 
 const KEY = "menshin-theme";
+const IN_LANGUAGE = JSON.parse(document.currentScript.dataset.words ?? "{}"); // of the page's language, by the English ones
+
+function inWords(english) { // for all scripts of a page
+  return IN_LANGUAGE[english] ?? english;
+}
 
 function systemTheme() {
   return matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
@@ -24,7 +29,7 @@ function choose(wanted) {
 
 function addSwitch() {
   const button = document.createElement("button");
-  const label = () => (theme() === "dark" ? "Light theme" : "Dark theme");
+  const label = () => (theme() === "dark" ? inWords("Light theme") : inWords("Dark theme"));
   button.type = "button";
   button.className = "theme";
   button.textContent = label();

@@ -294,6 +294,15 @@ def test_a_slider_changes_the_loop_and_the_form_works_without_javascript(browser
     assert page.evaluate("document.documentElement.scrollWidth") <= 375
     assert printed == [], "the browser refused something"
 
+    japanese = chromium.new_context(locale="ja-JP").new_page()
+    japanese.on("pageerror", lambda error: printed.append(str(error)))
+    japanese.goto(f"{server}/events/1")
+    japanese.locator(CHART).scroll_into_view_if_needed()
+    japanese.get_by_role("button", name=re.compile("^表示範囲を戻す")).first.wait_for()
+    assert "免震層の復元力" in (japanese.locator(DRAWN).get_attribute("aria-label") or "")
+    assert japanese.locator(".theme").inner_text() == "暗い配色"
+    assert printed == [], "the page or its chart failed in Japanese"
+
     still = chromium.new_context(java_script_enabled=False).new_page()
     still.goto(f"{server}/effects/hardening")
     assert not still.locator("input[type=range]").first.is_visible()
