@@ -58,6 +58,8 @@ BEYOND = Lacking(
 EXCLUDED = Lacking(
     reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
 )
+AGE, COMPOUND = "age", "compound"
+"""What decides how far the rubber hardens."""
 PENDING = Lacking(reason="The earthquake has not been analysed yet.", remedy="The analysis, which is under way.")
 NOT_SCREENED = Problems(data_problems=PENDING, sensor_problems=PENDING, clock_problems=PENDING)
 COMPARING = Lacking(reason=NOT_COMPARED.reason, remedy="The comparison, which is under way.")
@@ -285,7 +287,7 @@ def _corrections(layer: IsolationLayer, temperature: float | None, hardening: fl
     weather = "season" if temperature is None else "temperature"
     if hardening is not None:
         return f"corrected for {weather} and age"
-    unknown = [name for name, one in (("age", layer.installed), ("compound", layer.rubber)) if one is None]
+    unknown = [name for name, one in ((AGE, layer.installed), (COMPOUND, layer.rubber)) if one is None]
     why = f"{' and '.join(unknown)} of the rubber not known" if unknown else "until the next earthquake"
     return f"corrected for {weather}, not for age: {why}"
 
