@@ -24,7 +24,7 @@ class Level(StrEnum):
     @property
     def words(self) -> str:
         """The level as people read it."""
-        return self.value.replace("_", " ")
+        return "no data" if self is Level.NO_DATA else self.value
 
     @property
     def rank(self) -> int:

@@ -83,6 +83,8 @@ SHARES: Mapping[str, str] = {
 }
 """Words after the share of a limit, by check, the first that is known first."""
 NONE_YET = "No earthquake has been recorded yet."
+NOT_ASSESSED = "The isolators cannot be assessed; inspect them if the shaking was strong."
+"""What follows from an earthquake whose records cannot be used."""
 
 
 def title(check: Check) -> str:
@@ -192,7 +194,7 @@ def opening(verdict: Assessment) -> Iterator[str]:
         yield inspected(verdict)
     if verdict.unusable:
         unusable = verdict.unusable.rstrip(".")
-        yield f"{unusable}. The isolators cannot be assessed; inspect them if the shaking was strong."
+        yield f"{unusable}. {NOT_ASSESSED}"
     if verdict.silence:
         yield f"Later earthquakes may have been missed: {verdict.silence.rstrip('.')}."
     if verdict.provisional:

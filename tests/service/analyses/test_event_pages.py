@@ -1,5 +1,6 @@
 """The pages of a building's earthquakes: the list of all, and one with what came of it."""
 
+import re
 from collections.abc import Iterator
 from datetime import timedelta
 from html import unescape
@@ -13,9 +14,16 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.analyses.pages import LISTED
 from service.buildings.tables import Building
+from service.jobs.tables import Job
 from service.records.tables import Event
 
 pytestmark = pytest.mark.sqlite
+READ = re.compile(
+    r'(?:title|alt|aria-label|placeholder)="([^"]*)"|<(?:style|script|code)\b.*?</\w+>|<[^>]*>', re.DOTALL
+)
+"""Attributes that people read, and what they do not read."""
+ENGLISH = re.compile(r"(?<![\w/.\[_:'\"-])(?!gal\b|mm\b|roof\b|ground\b)[a-z]{3,}(?![\w/\]_(=.'-])|\b[A-Z][a-z]{3,}\b")
+NAMES = {"Menshin", "English", "UTC", "Tower", "Hall", "Asia", "Tokyo", "smoother", "cms", "test"}
 
 
 @pytest.fixture
@@ -128,3 +136,33 @@ def test_an_earthquake_shows_its_strength_where_it_was_computed(database_url: st
     assert (shaking["intensity"], shaking["pgv"], shaking["duration"]) == (3.0, 0.05, 20.0)
     assert len(shaking["periods"]) == len(shaking["spectrum"]["x"]) == 47
     assert shaking["floors"][0]["level"] == shaking["storeys"][0]["level"] == "roof"
+
+
+def test_the_japanese_pages_of_earthquakes_and_jobs_have_no_english(
+    database_url: str, stored: Session, of: Building
+) -> None:
+    moved = earthquake(stored, of, START, 0.0237)
+    refused = earthquake(stored, of, START + DAY)
+    reason = (
+        "XX.T.01.HNX: every sample is 0 (SI); check the sensor and its cable. The channel is left out; direction x: "
+        "the base slab's acceleration cannot be used; nothing can be estimated without it"
+    )
+    analysed(stored, refused, START + DAY, refusal=reason)
+    progress = {"done": 0, "stages": 1, "doing": "Analysing the event"}
+    job = Job(kind="analyse", event_id=moved.id, arguments={}, state="done", progress=progress, created_at=START)
+    waiting = Job(kind="analyse", event_id=moved.id, arguments={}, state="running", progress=progress, created_at=START)
+    stored.add_all([job, waiting])
+    stored.commit()
+    kept = f"/events/{moved.id}", f"/events/{refused.id}", f"/buildings/{of.code}/events", f"/jobs/{waiting.id}"
+    pages = *kept, f"/buildings/{of.code}/recordings", f"/modes?building={of.code}"
+    with client(database_url) as api:
+        for page in pages:
+            text = unescape(api.get(page, headers={"Accept-Language": "ja"}).text)
+            shown = READ.sub(lambda found: f" {found[1] or ''} ", text.replace(of.name, "").replace(of.code, ""))
+            left = [line for line in shown.splitlines() if set(ENGLISH.findall(line)) - NAMES]
+            assert left == [], page
+        assert "地震を解析中" in api.get(f"/jobs/{waiting.id}", headers={"Accept-Language": "ja"}).text
+        streams = [api.get(f"/api/v1/jobs/{job.id}/progress", params=one).text for one in ({"language": "ja"}, {})]
+    assert ["地震を解析中" in one for one in streams] == [True, False]
+    assert ['"Analysing the event"' in one for one in streams] == [False, True]
+    assert all('"done"' in one for one in streams), "the state is a word for programs"
