@@ -254,6 +254,10 @@ def test_receivers_by_the_page(api: TestClient, program: WebhookServer, sessions
     hooked = {"name": "hook", "kind": "webhook", "address": program.address}
     refused = api.post("/buildings/TOWER/receivers", data=hooked | {"language": "ja"})
     assert (refused.status_code, "rograms get messages in English" in refused.text) == (409, True)
+    in_japanese = {"headers": {"Accept-Language": "ja"}}
+    refused = api.post("/buildings/TOWER/receivers", data=hooked | {"language": "ja"}, **in_japanese)
+    assert "プログラムへの通知は英語です" in refused.text
+    assert "rograms get" not in refused.text
     made = api.post("/buildings/TOWER/receivers", data=hooked)
     assert made.status_code == 201
     assert "whsec_" in made.text
