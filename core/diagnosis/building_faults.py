@@ -90,12 +90,16 @@ def _storey(
     names = [floor.name for floor in description.floors]
     instead = " or ".join(f"that below {names[storey]!r}" for storey in softened.others)
     less = with_std(-100 * softened.change, 100 * softened.std)
+    name = names[softened.storey]
     fault = (
-        f"direction {direction}: the storey below {names[softened.storey]!r} has {less} % less stiffness than "
-        "designed, against the other storeys"
+        f"direction {direction}: the storey below {name!r} has {less} % less stiffness than designed, against the "
+        "other storeys"
     )
     if instead:
-        fault = f"{fault} (or {instead}: a sensor between would show it)"
+        fault = (
+            f"direction {direction}: the storey below {name!r} has {less} % less stiffness than designed, against the "
+            f"other storeys (or {instead}: a sensor between would show it)"
+        )
     remedy = (
         "Look for damage there, or correct its stiffness in the building file; the estimated force already allows for "
         "it"

@@ -118,7 +118,7 @@ def _erring(error: SensorError) -> BuildingFault | None:
         return None
     message = _said(error.part, size, std)
     if error.others:
-        message = f"{message}; an opposite error of {' or '.join(error.others)} would have the same effect"
+        message = "; ".join((message, f"an opposite error of {' or '.join(error.others)} would have the same effect"))
     return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, message)
 
 
@@ -166,5 +166,5 @@ def _drift_fault(channel: Channel, known: Sequence[BaselineDrift]) -> BuildingFa
         f"its level changes by {with_std(scale * worst.change, scale * worst.std)} {unit} while the building is at "
         f"rest, in {len(certain)} of {len(known)} earthquakes: it drifts"
     )
-    message = f"{fault}. Check its supply, cable and fixing"
+    message = ". ".join((fault, "Check its supply, cable and fixing"))
     return BuildingFault(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)

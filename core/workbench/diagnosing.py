@@ -35,13 +35,9 @@ RUNNERS_UP = 2
 BRIEF = 8
 """Candidates in a printed report, the best first."""
 CALLED = MappingProxyType(
-    {
-        Cause.SENSOR: "The sensor {channel}: {fault}.",
-        Cause.SUPERSTRUCTURE: "The superstructure: {fault}.",
-        Cause.MASS: "The mass: {fault}.",
-    }
+    {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
 )
-"""Sentences on faults, by cause."""
+"""Openings of the sentences on faults, by cause."""
 IMPOSSIBLE, DOUBTFUL = "impossible", "doubtful"
 """Why an effect is not proposed."""
 NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
@@ -201,7 +197,7 @@ def first_cause(faults: Sequence[BuildingFault]) -> Cause | None:
 
 def fault_sentences(faults: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
-    each = tuple(CALLED[one.cause].format(channel=one.channel, fault=one.message.rstrip(".")) for one in faults)
+    each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in faults)
     return (*each, "Correct this first: it may cause the findings on the isolation layer below.") if each else ()
 
 

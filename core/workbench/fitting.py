@@ -124,7 +124,7 @@ def fit_sentences(fit: Fit, inflation: float) -> tuple[str, ...]:
 
 
 def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
-    yield f"{OPENINGS[fit.outcome].format(reason=fit.outcome.value)}."
+    yield ENDINGS[fit.outcome]
     if ends := list(_ends(fit)):
         yield f"At the end of its range: {'; '.join(ends)}. The effect may be absent, or another may be missing."
     if fit.undetermined:
@@ -140,12 +140,12 @@ def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
         yield f"Strongly correlated, barely distinguishable: {pairs}."
 
 
-OPENINGS = {
-    Outcome.SETTLED: "Fitted: {reason}",
-    Outcome.AT_BOUND: "Fitted, but {reason}",
-    Outcome.UNDETERMINED: "Fitted in part: {reason}",
-    Outcome.STOPPED: "Not fitted: {reason}",
-    Outcome.DIVERGED: "Not fitted: {reason}",
+ENDINGS = {
+    Outcome.SETTLED: "Fitted: the misfit has a minimum here.",
+    Outcome.AT_BOUND: "Fitted, but a parameter went to the end of its range.",
+    Outcome.UNDETERMINED: "Fitted in part: the records do not determine every parameter.",
+    Outcome.STOPPED: "Not fitted: the search was stopped before it settled.",
+    Outcome.DIVERGED: "Not fitted: the model's force, or its derivatives, grew beyond all bounds.",
 }
 """Sentences on how a fit ended, by outcome."""
 
