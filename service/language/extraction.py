@@ -131,6 +131,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/building_reports/texts.py",
         "service/building_reports/year.py",
         "service/building_reports/templates/*",
+        "service/reports/templates/document.html",
     ),
     "charts": (
         "service/reports/charts.py",

@@ -9,8 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from core.tables import Table
-from service.language.choice import spoken
-from service.language.translation import gettext, ngettext, said
+from service.language.templates import translate
 from service.reports import still
 from service.reports.charts import CONFIG
 from service.reports.document import Document, Figure
@@ -52,11 +51,8 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     made.tests |= {"table": lambda part: isinstance(part, Table), "figure": lambda part: isinstance(part, Figure)}
-    made.globals |= {"drawn": _drawn, "language": spoken}
-    made.filters["said"] = said
-    made.add_extension("jinja2.ext.i18n")
-    made.policies["ext.i18n.trimmed"] = True
-    made.install_gettext_callables(gettext, ngettext, newstyle=True)  # type: ignore[attr-defined]  # of the extension
+    made.globals["drawn"] = _drawn
+    translate(made)
     return made
 
 
