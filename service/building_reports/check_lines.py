@@ -73,7 +73,7 @@ def _line(check: Check) -> CheckLine:
         limits=_limits(check),
         source=shown(texts.source(check)),
         outcome=check.outcome.value,
-        words=said(f"exceeded: {check.level.words}" if check.outcome is Outcome.EXCEEDED else check.outcome.value),
+        words=said(f"exceeded: {check.level.words}") if check.outcome is Outcome.EXCEEDED else texts.outcome(check),
         symbol=OUTCOMES[check.outcome],
         bar=_bar(check),
         settles=clipped(" ".join(said(part) for part in (check.reason, check.remedy) if part)) if is_open else "",

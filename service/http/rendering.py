@@ -175,6 +175,7 @@ TEMPLATES.env.globals |= {
     "check_title": texts.title,
     "check_value": texts.value,
     "check_limit": texts.limit,
+    "check_outcome": texts.outcome,
     "check_source": texts.source,
     "state_names": texts.STATE_NAMES,
     "meaning": texts.meaning,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from heapq import merge
 from importlib import resources
-from itertools import pairwise
+from itertools import chain, pairwise
 from operator import itemgetter
 from string import Formatter
 
@@ -237,13 +237,12 @@ class Catalogue:
     def _varied(self, text: str, depth: int, *, is_whole: bool) -> str | None:
         """The same of a text whose first letter or full stop differs from the message's."""
         other = text if text in _codes() else text[:1].swapcase() + text[1:]
-        for end in ("", "."):
-            if text.endswith(end):
-                for one in (text, other):
-                    bare = one.removesuffix(end)
-                    found = self.exact.get(bare) or self._recognised(bare, depth, is_whole=is_whole)
-                    if found is not None:
-                        return found + (ENDS[self._language] if end else "")
+        variants = [(one.removesuffix(end), end) for end in ("", ".") if text.endswith(end) for one in (text, other)]
+        looked_up = ((self.exact.get(bare), end) for bare, end in variants)
+        recognised = ((self._recognised(bare, depth, is_whole=is_whole), end) for bare, end in variants)
+        for found, end in chain(looked_up, recognised):
+            if found is not None:
+                return found + (ENDS[self._language] if end else "")
         return None
 
     def _parts(self, text: str, depth: int) -> str | None:

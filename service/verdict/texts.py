@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from core.rounding import plain, significant, with_std
+from service.language.translation import said
 from service.verdict.assessment import CLOCKS, DATA, LARGEST, SENSORS, Assessment, Result
 from service.verdict.checks import NO_UNCERTAINTY, WITHIN_UNCERTAINTY, Check, Level, Outcome
 from service.verdict.limits import (
@@ -203,6 +204,13 @@ def opening(verdict: Assessment) -> Iterator[str]:
         yield f"{verdict.unseen}. Only an inspection can tell what that did; record it on the page of the building."
     if verdict.checks:
         yield f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)} checks passed."
+
+
+def outcome(check: Check) -> str:
+    """`passed`, `exceeded` or `undecided`, in the language of what is being shown: its word for a level is another."""
+    if check.outcome is Outcome.UNDECIDED:
+        return said("undecided check").removesuffix(" check")
+    return said(check.outcome.value)
 
 
 def source(check: Check) -> str:

@@ -188,7 +188,7 @@ def test_in_japanese_too_it_has_one_page_and_is_for_archives(stored: Session, da
     assert PdfReader(io.BytesIO(printed)).trailer["/Root"]["/Lang"] == "ja"
     assert '<html lang="ja">' in html
     for shown in (text.replace(" ", ""), html):
-        for words in ("地震報告書", "検査項目", "点検箇所と内容", "限界値の出典", "復元力", "2024年1月2日"):
+        for words in ("地震報告書", "判定項目", "点検箇所と内容", "しきい値の出典", "復元力", "2024年1月2日"):
             assert words in shown, words
     english = re.findall(r"[a-z]{3,}(?: [a-z]{3,}){2,}", re.sub(r"<style>.*?</style>|<[^>]*>", " ", html, flags=re.S))
     assert english == []
