@@ -15,7 +15,7 @@ function valueAt(slider) {
   return "log" in slider.dataset ? low * (high / low) ** share : low + (high - low) * share;
 }
 
-function place(slider) {
+function placeSlider(slider) {
   const [low, high] = [Number(slider.dataset.low), Number(slider.dataset.high)];
   const value = Number(document.getElementById(slider.dataset.of).value);
   const share = "log" in slider.dataset ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
@@ -23,7 +23,7 @@ function place(slider) {
   slider.setAttribute("aria-valuetext", document.getElementById(slider.dataset.of).value);
 }
 
-async function show() {
+async function showLoop() {
   const query = new URLSearchParams(new FormData(form));
   history.replaceState(null, "", `?${query}`);
   query.set("name", location.pathname.split("/").pop());
@@ -43,11 +43,11 @@ async function show() {
 
 function soon() {
   clearTimeout(waiting);
-  waiting = setTimeout(show, PAUSE);
+  waiting = setTimeout(showLoop, PAUSE);
 }
 
 for (const slider of form.querySelectorAll("input[type=range]")) {
-  place(slider);
+  placeSlider(slider);
   slider.hidden = false;
   const field = document.getElementById(slider.dataset.of);
   slider.addEventListener("input", () => {
@@ -56,7 +56,7 @@ for (const slider of form.querySelectorAll("input[type=range]")) {
     soon();
   });
   field.addEventListener("input", () => {
-    place(slider);
+    placeSlider(slider);
     soon();
   });
 }

@@ -1,6 +1,7 @@
 """The first page, and its content security policy."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from html import unescape
@@ -16,6 +17,7 @@ from service.analyses import history
 from service.analyses.tables import Analysis, CycleResult, DirectionResult, ModeResult
 from service.buildings.tables import Building, Revision
 from service.db import blobs
+from service.http.rendering import FOLDER
 from service.jobs.tables import Job
 from service.models import store as model_store
 from service.models.comparing import Compared
@@ -287,3 +289,15 @@ def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script_but_that_of_t
             icon = re.search(r'rel="icon" href="([^"]*)"', answer.text)
             assert icon is not None
             assert api.get(icon[1]).status_code == 200
+
+
+def test_scripts_have_no_global_name_in_common() -> None:
+    """They share one page: a second function of a name would replace the first."""
+    names = [
+        name
+        for script in (FOLDER / "static").glob("*.js")
+        for name in set(
+            re.findall(r"^(?:async )?(?:function\*?|const|let|class) (\w+)", script.read_text(), re.MULTILINE)
+        )
+    ]
+    assert sorted(name for name, count in Counter(names).items() if count > 1) == []
