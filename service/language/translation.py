@@ -23,6 +23,8 @@ from service.language.choice import ENGLISH, Language, spoken
 
 LONGEST = 4000
 """Letters of a text that is recognised; longer ones are people's."""
+MOST_COMPARED = 200_000
+"""Comparisons of a text, and of those within it, with messages; the longest of a diagnosis takes 15,000."""
 DEEPEST = 8
 """Texts within texts."""
 KEPT = 8192
@@ -198,20 +200,60 @@ class Catalogue:
         worded = (one for one in made if one.names and any(map(LETTERS.search, one.literals)))
         self._messages = _Messages(sorted(worded, key=lambda one: (-one.weight, len(one.names))))
 
+    def said(self, text: str) -> str | None:
+        """A text in the language; None if no message fits it, or if finding out would take too long."""
+        try:
+            return _Reading(self.exact, self._messages, self._language).said(text)
+        except _TooLongError:
+            return None
+
+
+class _TooLongError(Exception):
+    """A text was compared with too many messages."""
+
+
+class _Reading:
+    """The translation of one text, with everything within it.
+
+    Args:
+        exact: translations of whole messages.
+        messages: with places.
+        language: theirs.
+    """
+
+    def __init__(self, exact: Mapping[str, str], messages: _Messages, language: Language) -> None:
+        self.exact, self._messages, self._language = exact, messages, language
+        self._known: dict[tuple[str, int], str | None] = {}
+        self._compared = 0
+
     def said(self, text: str, depth: int = 0) -> str | None:
-        """A text in the language; None if no message fits it."""
+        """A text in the language; None if no message fits it.
+
+        Raises:
+            _TooLongError: it takes too many comparisons, as a text may that was written to that end.
+        """
         if text in self.exact:
             return self.exact[text]
         if depth > DEEPEST or len(text) > LONGEST or not LETTERS.search(text):
             return None
-        return (
-            self._varied(text, depth, is_whole=True)
-            or self._parts(text, depth)
-            or self._varied(text, depth, is_whole=False)
-            or self._split(text, depth)
-            or self._parenthesis(text, depth)
-            or self._beside_quantity(text, depth)
-        )
+        if (text, depth) not in self._known:
+            self._known[text, depth] = (
+                self._varied(text, depth, is_whole=True)
+                or self._parts(text, depth)
+                or self._varied(text, depth, is_whole=False)
+                or self._split(text, depth)
+                or self._parenthesis(text, depth)
+                or self._beside_quantity(text, depth)
+            )
+        return self._known[text, depth]
+
+    def _like(self, text: str) -> Iterator[Message]:
+        """Messages that may fit a text, each of which is counted."""
+        for message in self._messages.like(text):
+            self._compared += 1
+            if self._compared > MOST_COMPARED:
+                raise _TooLongError
+            yield message
 
     def _recognised(self, text: str, depth: int, *, is_whole: bool) -> str | None:
         """A text by the most specific message that fits it.
@@ -221,7 +263,7 @@ class Catalogue:
             depth: of the text within others.
             is_whole: whether no value may hold the parts of a sentence that the message itself does not separate.
         """
-        for message in self._messages.like(text):
+        for message in self._like(text):
             values = message.values(text)
             if values is not None and not (is_whole and message.is_torn(values)):
                 said = {name: self._value(value, depth) for name, value in values.items()}
@@ -287,7 +329,7 @@ class Catalogue:
         for one in (text, bare, bare[:1].swapcase() + bare[1:]):
             if one in self.exact:
                 return len(one)
-            for message in self._messages.like(one):
+            for message in self._like(one):
                 values = message.values(one)
                 if values is not None and not message.is_torn(values):
                     return message.weight

@@ -139,7 +139,7 @@ def store_fit(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence
 
 def store_extension(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
     """The version with the effect, its errors, and those of the one it came from."""
-    _store(session, claim, inputs, done, f"with {inputs.arguments['effect']}, {_change(inputs)}", now)
+    _store(session, claim, inputs, done, _change(inputs, inputs.arguments["effect"]), now)
 
 
 def store_diagnosis(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
@@ -190,6 +190,6 @@ def _store(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[An
     job.result = {"made": made.id, "fails": list(after.fails), "fit": dict(fit.document)}
 
 
-def _change(inputs: WorkInputs) -> str:
+def _change(inputs: WorkInputs, added: str | None = None) -> str:
     held_out = sum(one.event.is_held_out for one in inputs.events)
-    return texts.fitted_to(sum(one.event.is_requested for one in inputs.events) - held_out, held_out)
+    return texts.fitted_to(sum(one.event.is_requested for one in inputs.events) - held_out, held_out, added)

@@ -114,10 +114,14 @@ def fitting_with(effect: str) -> str:
     return f"Fitting the model with {effect}"
 
 
-def fitted_to(fitted: int, held_out: int) -> str:
-    """Change of a version by a fit."""
+def fitted_to(fitted: int, held_out: int, added: str | None = None) -> str:
+    """Change of a version by a fit, with an effect that was added before if one is given."""
     events = "event" if fitted == 1 else "events"
-    return f"fitted to {fitted} {events}, {held_out} held out" if held_out else f"fitted to {fitted} {events}"
+    if added is None:
+        return f"fitted to {fitted} {events}, {held_out} held out" if held_out else f"fitted to {fitted} {events}"
+    if held_out:
+        return f"with {added}, fitted to {fitted} {events}, {held_out} held out"
+    return f"with {added}, fitted to {fitted} {events}"
 
 
 def held_out_twice(earthquake: str) -> str:

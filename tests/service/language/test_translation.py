@@ -1,8 +1,10 @@
 """Sentences are recognised by the message they were composed from; what no message fits stays as it is."""
 
+import random
+
 import pytest
 
-from service.language.translation import Catalogue, said
+from service.language.translation import Catalogue, catalogue, said
 
 JAPANESE = Catalogue(
     {
@@ -101,3 +103,10 @@ def test_a_hostile_text_takes_no_long_search() -> None:
 def test_dates_are_written_as_in_japan() -> None:
     assert said("Tower 29, 5 January 2024, 14:03 (JST)", "ja") == "Tower 29, 2024年1月5日 14:03 (JST)"
     assert said("Tower 29, 5 January 2024, 14:03 (JST)", "en") == "Tower 29, 5 January 2024, 14:03 (JST)"
+
+
+def test_a_text_that_would_take_long_stays_as_it_is() -> None:
+    rng = random.Random(1)
+    words = [word for message in catalogue("ja").exact for word in message.split()]
+    hostile = [" ".join(rng.choices(words, k=500)) for _ in range(20)]
+    assert [text for text in hostile if said(text, "ja") == text]  # without the limit, each is translated in part
