@@ -35,7 +35,8 @@ def waited(what: str, of: Demonstration, act: Callable[[], object]) -> None:
     begun, before = perf_counter(), processor_time(of)
     act()
     took, used = perf_counter() - begun, processor_time(of) - before
-    print(f"{what:<40} {took:5.1f} s, {used:5.1f} s of processors", flush=True)
+    processors = f"{used:5.1f}" if used > 0 else "    –"  # a process that ended took its time with it
+    print(f"{what:<40} {took:5.1f} s, {processors} s of processors", flush=True)
 
 
 def pressed(page: Page, name: str, leads_to: str) -> None:
