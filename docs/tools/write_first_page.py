@@ -28,6 +28,10 @@ def write(address: Annotated[str, typer.Argument(help="Address of the demonstrat
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         page.set_default_timeout(1e3 * PATIENCE)
         page.goto(f"{address.rstrip('/')}/buildings/DEMO")
+        for chart in page.locator(".charts").first.locator("figure.chart").all():  # they are drawn as they come near
+            chart.evaluate("chart => chart.scrollIntoView()")
+            chart.get_by_role("button", name="PNG").wait_for()
+        page.evaluate("scrollTo(0, 0)")
         charts = page.locator(".charts").first.bounding_box()
         if charts is None:
             raise typer.BadParameter(f"{address} shows no earthquake with a result; try again when one is analysed")

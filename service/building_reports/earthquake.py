@@ -166,8 +166,8 @@ def _earlier(session: Session, event: Event, direction: str | None) -> tuple[int
 
 
 def _reason(verdict: Assessment) -> str:
-    """The first reason of the level; empty where the statements after it say the same: without a usable record."""
-    if verdict.level is Level.NO_DATA:
+    """The first reason of the level; empty where the statements after it say the same."""
+    if verdict.level in (Level.NO_DATA, Level.NORMAL):
         return ""
     return shown(verdict_texts.headline(verdict).partition(": ")[2])
 
