@@ -14,7 +14,7 @@ from playwright.sync_api import FloatRect, sync_playwright
 
 TARGET = Path(__file__).parents[1] / "operate" / "first-page.png"
 WIDTH, HEIGHT = 1240, 800
-"""Pixels of the window; the picture ends below the charts of the first direction."""
+"""Pixels of the window; the picture ends below the section and the years."""
 MARGIN = 12
 """Pixels below them."""
 PATIENCE = 300.0
@@ -28,14 +28,10 @@ def write(address: Annotated[str, typer.Argument(help="Address of the demonstrat
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         page.set_default_timeout(1e3 * PATIENCE)
         page.goto(f"{address.rstrip('/')}/buildings/DEMO")
-        for chart in page.locator(".charts").first.locator("figure.chart").all():  # they are drawn as they come near
-            chart.evaluate("chart => chart.scrollIntoView()")
-            chart.get_by_role("button", name="PNG").wait_for()
-        page.evaluate("scrollTo(0, 0)")
-        charts = page.locator(".charts").first.bounding_box()
-        if charts is None:
-            raise typer.BadParameter(f"{address} shows no earthquake with a result; try again when one is analysed")
-        clip = FloatRect(x=0.0, y=0.0, width=WIDTH, height=charts["y"] + charts["height"] + MARGIN)
+        drawings = page.locator(".sides:has(.drawing)").first.bounding_box()
+        if drawings is None:
+            raise typer.BadParameter(f"{address} shows no building; try again when an earthquake is analysed")
+        clip = FloatRect(x=0.0, y=0.0, width=WIDTH, height=drawings["y"] + drawings["height"] + MARGIN)
         page.screenshot(path=TARGET, full_page=True, clip=clip)
         browser.close()
 
