@@ -208,7 +208,7 @@ def test_the_tutorial_can_be_repeated(tmp_path: Path) -> None:
         address = again.until(lambda printed: re.search(r"answers at (http://\S+)/", printed))[1]
         written = tomllib.loads((again.folder / "building.toml").read_text("utf-8"))
         unusable = dict(looked_at(address, {*texts_of(written), "the demonstration"}))
-        for width, language in ((1280, "en"), (375, "en"), (375, "ja")):
+        for width, language in ((1280, "en"), (375, "en"), (1280, "ja"), (375, "ja")):
             manage(address, width, known(language) or ENGLISH)
         improve(address, seen["set"][0], "ja")
     assert {"/", "/buildings/NAME", "/events/N", "/models/N", "/diagnoses/N", "/alerts/N", "/messages/N"} <= set(
