@@ -135,7 +135,8 @@ def manage(address: str, width: int, language: Language) -> None:
         page.goto(address)
         assert said("Act", language) in page.inner_text("main")
         assert fits()
-        page.get_by_role("link", name="Simulated building of the paper").first.click()
+        with page.expect_navigation():
+            page.get_by_role("link", name="Simulated building of the paper").first.click()
         answer = page.get_by_role("region", name=text("In short")).inner_text()
         moved = re.escape(text("In the last earthquake the isolators moved %(moved)s.").partition("%")[0])
         assert re.search(moved + r"\d+ mm\W+[\d.]+ %", answer), answer
@@ -143,14 +144,17 @@ def manage(address: str, width: int, language: Language) -> None:
         assert re.search(re.escape(passed).replace("A", r"\d+"), answer), answer
         assert text("Call") in answer
         assert fits()
-        page.get_by_role("region", name=text("Verdict"), exact=True).locator(".alerts a").first.click()
+        with page.expect_navigation():
+            page.get_by_role("region", name=text("Verdict"), exact=True).locator(".alerts a").first.click()
         if page.get_by_role("button", name=text("Acknowledge")).is_visible():
             page.get_by_label(text("What you are doing about it")).fill("The engineer is on the way")
-            page.get_by_role("button", name=text("Acknowledge")).click()
+            with page.expect_navigation():
+                page.get_by_role("button", name=text("Acknowledge")).click()
         assert "The engineer is on the way" in page.inner_text("main")
         assert fits()
         page.goto(f"{address}/buildings/DEMO")
-        page.get_by_role("heading", name=text("last event")).get_by_role("link").first.click()
+        with page.expect_navigation():
+            page.get_by_role("heading", name=text("last event")).get_by_role("link").first.click()
         assert text("Verdict on %(of)s") % {"of": text("this earthquake")} in page.inner_text("main")
         assert fits()
         report = page.get_by_role("link", name=text("PDF, one page")).get_attribute("href")
@@ -172,7 +176,8 @@ def improve(address: str, effect: str, language: Language) -> None:
         (current,) = (one for one in models if one["state"] == "current" and one["direction"] == "x")
         page.goto(f"{address}/models/{current['id']}")
         back = text("Go back to %(direction)s %(number)s").replace("%(direction)s", "x").partition("%")[0]
-        page.get_by_role("button", name=back).click()
+        with page.expect_navigation():
+            page.get_by_role("button", name=back).click()
         events = page.request.get(f"{address}/api/v1/buildings/DEMO/events").json()["items"]
         page.goto(f"{address}/events/{events[0]['id']}")
         find = re.escape(text("Find what model %(name)s lacks")).replace(re.escape("%(name)s"), "x .*")

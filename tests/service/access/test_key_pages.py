@@ -145,13 +145,15 @@ def test_the_page_of_keys_works_without_javascript(database_url: str, admin: str
         assert "viewer, engineer of PAPER" in row.text_content()
         row.locator("summary").click()
         row.get_by_label("Buildings that remain").fill("OTHER")
-        row.get_by_role("button", name="Limit it").click()
+        with page.expect_navigation():
+            row.get_by_role("button", name="Limit it").click()
         assert "engineer" not in row.text_content()
         assert "never" not in page.locator("tr", has_text="admin").locator("[data-of='Last used']").text_content()
 
         looked_at = chromium.new_context(storage_state=page.context.storage_state()).new_page()
         looked_at.goto(f"{address}/keys")
         assert problems(looked_at) == []
-        page.get_by_role("button", name="Revoke duty").click()
+        with page.expect_navigation():
+            page.get_by_role("button", name="Revoke duty").click()
         assert "revoked" in row.text_content()
         chromium.close()

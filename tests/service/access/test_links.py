@@ -191,7 +191,8 @@ def test_the_page_of_links_works_without_javascript(database_url: str, sessions:
         page.get_by_label("Person or purpose").fill("the owner")
         page.get_by_role("button", name="Make it").click()
         made = page.locator("pre").text_content()
-        page.get_by_role("link", name="All links to PAPER").click()
+        with page.expect_navigation():
+            page.get_by_role("link", name="All links to PAPER").click()
         assert page.locator("tbody tr").count() == 1
 
         guest = chromium.new_page()
@@ -202,6 +203,7 @@ def test_the_page_of_links_works_without_javascript(database_url: str, sessions:
         looked_at.goto(f"{address}/buildings/PAPER/links")
         assert problems(looked_at) == []
 
-        page.get_by_role("button", name="Revoke the link for the owner, 1").click()
+        with page.expect_navigation():
+            page.get_by_role("button", name="Revoke the link for the owner, 1").click()
         assert "revoked" in page.locator("tbody tr").text_content()
         chromium.close()

@@ -59,7 +59,8 @@ def page(sessions: sessionmaker[Session]) -> Iterator[Page]:
 
 def log_in(page: Page, key: str) -> None:
     page.get_by_label("API key").fill(key)
-    page.get_by_role("button", name="Log in").click()
+    with page.expect_navigation():
+        page.get_by_role("button", name="Log in").click()
 
 
 def acknowledging(page: Page) -> str:
@@ -78,12 +79,14 @@ def type_all(page: Page, acknowledging: str) -> None:
 
 def test_a_refused_form_leaves_the_others_as_they_were(page: Page) -> None:
     type_all(page, "  ")
-    page.get_by_role("button", name="Acknowledge").click()
-    page.get_by_text("Not accepted.").wait_for()
+    with page.expect_navigation():
+        page.get_by_role("button", name="Acknowledge").click()
+    assert page.get_by_text("Not accepted.").is_visible()
     assert ending(page) == ("two bearings <replaced>", "unfounded")
     page.locator("#acknowledge-note").fill("on my way")
-    page.get_by_role("button", name="Acknowledge").click()
-    page.locator("#acknowledge-note").wait_for(state="detached")
+    with page.expect_navigation():
+        page.get_by_role("button", name="Acknowledge").click()
+    assert page.locator("#acknowledge-note").count() == 0
     assert ending(page) == ("two bearings <replaced>", "unfounded"), "and so does one that was taken"
     page.reload()
     assert ending(page) == ("", "confirmed"), "it is kept for one page"
@@ -96,10 +99,12 @@ def test_what_was_typed_is_there_again_after_the_login_that_an_ended_session_tak
     with sessions.begin() as session:
         session.execute(delete(LoginSession))
     page.wait_for_timeout(1200)  # what a process remembers of logins
-    page.get_by_role("button", name="Acknowledge").click()
-    page.get_by_text("Nothing was done.").wait_for()
+    with page.expect_navigation():
+        page.get_by_role("button", name="Acknowledge").click()
+    assert page.get_by_text("Nothing was done.").is_visible()
     assert page.get_by_text("What you typed is kept in this tab").is_visible()
-    page.get_by_role("link", name="Log in and go on").click()
+    with page.expect_navigation():
+        page.get_by_role("link", name="Log in and go on").click()
     log_in(page, page.key)  # type: ignore[attr-defined]
     page.wait_for_url("**/alerts/1")
     assert acknowledging(page) == "on my way"
@@ -116,8 +121,9 @@ def test_a_form_that_was_taken_is_not_filled_again_and_no_secret_is_kept(page: P
     page.locator("#silence-pattern").fill("stiffness")
     page.locator("#silence-hours").fill("12")
     page.locator("#silence-reason").fill("a load test")
-    page.get_by_role("button", name="Silence").click()
-    page.get_by_role("cell", name="a load test").wait_for()
+    with page.expect_navigation():
+        page.get_by_role("button", name="Silence").click()
+    assert page.get_by_role("cell", name="a load test").is_visible()
     assert page.locator("#silence-reason").input_value() == ""
     page.evaluate("""() => {
         const [form] = [...document.forms].filter((one) => one.querySelector("#silence-reason"));

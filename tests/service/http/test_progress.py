@@ -83,7 +83,8 @@ def test_a_ticked_box_survives_the_job_and_its_event_is_held_out(url: str, sessi
         printed: list[str] = []
         page.on("console", lambda message: printed.append(message.text))
         page.goto(f"{address}/models/1")
-        page.get_by_role("button", name="Compare with every event").click()
+        with page.expect_navigation():
+            page.get_by_role("button", name="Compare with every event").click()
         page.get_by_text("Events to hold out").click()
         page.locator("[name=hold_out_2]").check()
         assert page.get_by_text("The model has not been compared with any event yet").is_visible()
