@@ -30,9 +30,9 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
     {
         "force": Channel(0.0, "N, of the layer"),
         "inertance": Channel(0.0, "kg, force per unit relative acceleration of the layer"),
-        "stiffness": Channel(1.0, "scale of the rubber's forces"),
-        "strength": Channel(1.0, "scale of the yield force"),
-        "load": Channel(1.0, "scale of yield and sliding forces by the vertical load"),
+        "stiffness": Channel(1.0, "scale of rubber forces"),
+        "strength": Channel(1.0, "scale of yielding forces"),
+        "load": Channel(1.0, "scale of yielding and sliding forces alike"),
         "sharpness": Channel(1.0, "scale of the exponent of the yield"),
         "slope": Channel(1.0, "scale of the hysteresis' initial slope"),
         "flow": Channel(1.0, "scale of the rate of the hysteretic variable"),
@@ -45,6 +45,11 @@ RESULTS = ("force", "inertance")
 """Channels that make up the layer's answer. The others are set by effects that act on them and read by laws."""
 SCALES = tuple(name for name in CHANNELS if name not in RESULTS)
 """Channels through which laws change each other."""
+KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"rubber": ("stiffness",), "yielding": ("strength", "load"), "sliding": ("load",)}
+)
+"""Kinds of force, each with the scales that multiply it: of rubber, its own hysteresis included; of dampers that yield,
+such as lead; of surfaces that slide. An effect on temperature, load or age thus acts on every force of a kind."""
 YIELDED = "yielded"
 """Name under which every law may read the hysteretic variable of the effect that publishes one; 0 if none does."""
 
@@ -112,6 +117,8 @@ class Effect:
     states: tuple[str, ...] = ()
     acts_on: str = "force"
     """One of CHANNELS."""
+    kind: str | None = None
+    """One of KINDS, whose scales multiply what the law returns; None for a force that nothing scales."""
     linear: tuple[str, ...] = ()
     """Parameters that what it does is proportional to, all of them together; no state depends on them."""
     held: tuple[str, ...] = ()
@@ -136,6 +143,8 @@ class Effect:
             raise ModelError(f"{self.title}: a state or parameter takes the name of another offer, in {offered}")
         if self.acts_on not in CHANNELS:
             raise ModelError(f"{self.title}: acts on {self.acts_on!r}; it must act on one of {', '.join(CHANNELS)}")
+        if self.kind is not None:
+            self._check_kind(self.kind, needs)
         of_design = {name for value in self.design.values() for name in signature(value).parameters}
         if strange := sorted({*self.absent, *self.linear, *self.held, *of_design} - set(named)):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
@@ -145,3 +154,13 @@ class Effect:
         object.__setattr__(self, "needs", needs)
         object.__setattr__(self, "absent", FrozenDict(self.absent))
         object.__setattr__(self, "design", FrozenDict(self.design))
+
+    def _check_kind(self, kind: str, needs: tuple[str, ...]) -> None:
+        if kind not in KINDS:
+            raise ModelError(f"{self.title}: its kind {kind!r} must be one of {', '.join(KINDS)}")
+        if self.acts_on != "force":
+            raise ModelError(f"{self.title}: it acts on {self.acts_on!r}; only a force has a kind")
+        if twice := sorted(set(needs) & set(KINDS[kind])):
+            raise ModelError(
+                f"{self.title}: a force of the kind {kind!r} is multiplied by {twice}; leave it to the kind"
+            )

@@ -3,13 +3,14 @@
 from core.effect import Effect, Normal, Parameter
 
 
-def law(u, stiffness, tilt, curve):
-    return stiffness * (tilt * abs(u) + curve * u * u)
+def law(u, tilt, curve):
+    return tilt * abs(u) + curve * u * u
 
 
 EFFECT = Effect(
     title="Asymmetry of the two sides",
     law=law,
+    kind="rubber",
     linear=("tilt", "curve"),
     parameters=(
         Parameter(

@@ -11,13 +11,13 @@ TINY = 1e-9
 """A smaller |z| counts as this before a power is taken, which is infinite at zero for n < 1."""
 
 
-def law(v, z, strength, load, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, gamma, n):
+def law(v, z, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, gamma, n):
     exponent = n * sharpness
     # a power in a compiled loop takes ten times as long
     bend = 1.0 if exponent == 1.0 else max(abs(z), TINY) ** (exponent - 1.0)
     plastic = bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow
     reach = max(D_y, SHORTEST * (exponent * abs(v) + cross_flow))
-    return strength * load * F_y * z, flow * (slope * A * v - plastic) / reach
+    return F_y * z, flow * (slope * A * v - plastic) / reach
 
 
 def yield_force(F_y, A, beta, gamma, n):
@@ -33,6 +33,7 @@ def yield_displacement(D_y, A, beta, gamma, n):
 EFFECT = Effect(
     title="Bouc-Wen hysteresis",
     law=law,
+    kind="yielding",
     states=("z",),
     publishes="z",
     linear=("F_y",),

@@ -11,15 +11,16 @@ SHORTEST = 4e-3
 """s: a slip faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
 
-def law(v, z_b, load, excess, v_s, slip):
+def law(v, z_b, excess, v_s, slip):
     speed = abs(v)
     rate = (v - 0.5 * z_b * (speed * abs(z_b) + v * z_b)) / max(slip, SHORTEST * speed)
-    return load * excess * exp(-((v / v_s) * (v / v_s))) * z_b, rate
+    return excess * exp(-((v / v_s) * (v / v_s))) * z_b, rate
 
 
 EFFECT = Effect(
     title="Break-away friction (Stribeck)",
     law=law,
+    kind="sliding",
     states=("z_b",),
     linear=("excess",),
     parameters=(

@@ -3,8 +3,8 @@
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(u, stiffness, k_b):
-    return stiffness * k_b * u
+def law(u, k_b):
+    return k_b * u
 
 
 def stiffness_after_yield(k_b):
@@ -14,6 +14,7 @@ def stiffness_after_yield(k_b):
 EFFECT = Effect(
     title="Elastic stiffness",
     law=law,
+    kind="rubber",
     parameters=(Parameter("k_b", "N/m", (0.0, 1e12), LogNormal(1e8, 2.0), "stiffness of the rubber after yield"),),
     absent={"k_b": 0.0},
     linear=("k_b",),

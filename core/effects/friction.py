@@ -11,15 +11,16 @@ SHORTEST = 4e-3
 """s: a slip faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
 
-def law(v, z_f, load, sliding, share, a, slip):
+def law(v, z_f, sliding, share, a, slip):
     speed = abs(v)
     rate = (v - 0.5 * z_f * (speed * abs(z_f) + v * z_f)) / max(slip, SHORTEST * speed)
-    return load * sliding * (1.0 - share * exp(-a * speed)) * z_f, rate
+    return sliding * (1.0 - share * exp(-a * speed)) * z_f, rate
 
 
 EFFECT = Effect(
     title="Friction",
     law=law,
+    kind="sliding",
     states=("z_f",),
     linear=("sliding",),
     parameters=(

@@ -3,14 +3,15 @@
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(u, stiffness, k3, k5):
+def law(u, k3, k5):
     squared = u * u
-    return stiffness * (k3 + k5 * squared) * squared * u
+    return (k3 + k5 * squared) * squared * u
 
 
 EFFECT = Effect(
     title="Hardening of the rubber",
     law=law,
+    kind="rubber",
     linear=("k3", "k5"),
     parameters=(
         Parameter("k3", "N/m^3", (0.0, 1e16), LogNormal(5e9, 2.5), "force over the cube of the displacement"),

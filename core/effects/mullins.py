@@ -12,14 +12,15 @@ CATCHING_UP = 2.5e-3
 """s: short compared with any motion, long enough for steps of a few milliseconds."""
 
 
-def law(u, v, largest, stiffness, k_M, u_M):
+def law(u, v, largest, k_M, u_M):
     outwards = v * copysign(1.0, u)
-    return stiffness * k_M * exp(-largest / u_M) * u, max(outwards + (abs(u) - largest) / CATCHING_UP, 0.0)
+    return k_M * exp(-largest / u_M) * u, max(outwards + (abs(u) - largest) / CATCHING_UP, 0.0)
 
 
 EFFECT = Effect(
     title="Mullins effect (scragging)",
     law=law,
+    kind="rubber",
     states=("largest",),
     carried=("largest",),
     linear=("k_M",),

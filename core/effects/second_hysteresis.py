@@ -3,13 +3,14 @@
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(v, z_2, stiffness, F_2, D_2):
-    return stiffness * F_2 * z_2, (v - 0.5 * (abs(v) * z_2 + v * abs(z_2))) / D_2
+def law(v, z_2, F_2, D_2):
+    return F_2 * z_2, (v - 0.5 * (abs(v) * z_2 + v * abs(z_2))) / D_2
 
 
 EFFECT = Effect(
     title="Second hysteresis",
     law=law,
+    kind="rubber",
     states=("z_2",),
     linear=("F_2",),
     parameters=(

@@ -7,13 +7,14 @@ cycle; as a model of it, this law is an approximation that also bends the loop w
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(u, v, stiffness, k_s, c_s, u_s):
-    return stiffness * (k_s * u + c_s * v) / (1.0 + abs(u) / u_s)
+def law(u, v, k_s, c_s, u_s):
+    return (k_s * u + c_s * v) / (1.0 + abs(u) / u_s)
 
 
 EFFECT = Effect(
     title="Stiffness and damping that fall with displacement",
     law=law,
+    kind="rubber",
     linear=("k_s", "c_s"),
     parameters=(
         Parameter("k_s", "N/m", (0.0, 1e12), LogNormal(1e8, 1.5), "stiffness lost at large displacement"),

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
-from core.effect import CHANNELS, CONDITIONS, MOTION, RESULTS, SCALES, YIELDED, Effect
+from core.effect import CHANNELS, CONDITIONS, KINDS, MOTION, RESULTS, SCALES, YIELDED, Effect
 from core.effects import EFFECTS, Laws
 from core.laws.autodiff import change_of, tangent_source
 from core.laws.compilation import digest, inlined, jitted
@@ -131,6 +131,11 @@ def _changes(effect: Effect) -> dict[str, str]:
     return changes | {parameter.name: f"{change_of('p')}[i + {n}]" for n, parameter in enumerate(effect.parameters)}
 
 
+def _scales(effect: Effect) -> tuple[str, ...]:
+    """Channels that multiply the effect's force; effects that set them come first."""
+    return KINDS[effect.kind] if effect.kind else ()
+
+
 def _published(effects: Mapping[str, Effect], offsets: Mapping[str, str]) -> list[str]:
     """Lines that look up the hysteretic variable before any law needs it.
 
@@ -151,9 +156,10 @@ def _force_branch(name: str, effect: Effect) -> list[str]:
     """Lines that call an effect's law and add its result to, or multiply it with, its channel."""
     results = ", ".join(["y", *(f"dx[j + {n}]" for n in range(len(effect.states)))])
     arguments = ", ".join(_values(effect)[need] for need in effect.needs)
+    scaled = " * ".join([*_scales(effect), "y"])
     return [
         f"            {results} = law_{name}({arguments})",
-        f"            {effect.acts_on} {'*=' if CHANNELS[effect.acts_on].neutral else '+='} y",
+        f"            {effect.acts_on} {'*=' if CHANNELS[effect.acts_on].neutral else '+='} {scaled}",
     ]
 
 
@@ -164,8 +170,10 @@ def _tangent_branch(name: str, effect: Effect) -> list[str]:
     arguments = [*(values[n] for n in effect.needs), *(changes[n] for n in effect.needs if n in changes)]
     channel, change = effect.acts_on, change_of(effect.acts_on)
     if CHANNELS[channel].neutral:
-        lines = [f"{change} = {change} * y + {channel} * y_change", f"{channel} *= y"]
+        lines = [f"{change} = {change} * y + {channel} * {change_of('y')}", f"{channel} *= y"]
     else:
-        lines = [f"{change} += y_change", f"{channel} += y"]
-    call = f"{', '.join(['y', *rates, 'y_change', *theirs])} = tangent_{name}({', '.join(arguments)})"
+        factors = [*_scales(effect), "y"]
+        each = (" * ".join([*factors[:n], change_of(factor), *factors[n + 1 :]]) for n, factor in enumerate(factors))
+        lines = [f"{change} += {' + '.join(each)}", f"{channel} += {' * '.join(factors)}"]
+    call = f"{', '.join(['y', *rates, change_of('y'), *theirs])} = tangent_{name}({', '.join(arguments)})"
     return [f"            {line}" for line in (call, *lines)]

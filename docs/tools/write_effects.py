@@ -6,7 +6,7 @@ from pathlib import Path
 import altair as alt
 import numpy as np
 
-from core.effect import CHANNELS, Effect, LogNormal, Parameter
+from core.effect import CHANNELS, KINDS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.workbench.texts import PLACE
 from service.models.effect_loops import ALONE, AMPLITUDE, WITH, WITHOUT, loops, usual_values
@@ -27,6 +27,11 @@ on, then the rate of each state. Effects of one family leave similar traces in r
 
 {channels}
 
+A force may be of a kind. The scales of the kind multiply it, so that an effect on temperature, load or age acts on
+every force of a kind.
+
+{kinds}
+
 A fit leaves a value marked *fixed* as it is, because other values can have the same influence. States start each
 earthquake at zero. States that are carried on start at zero with the first record, as if the layer were new then, and
 keep their values from one earthquake to the next.
@@ -45,7 +50,10 @@ Row = dict[str, float | str]
 def document() -> str:
     """The whole page."""
     channels = "\n".join(f"| `{name}` | {channel.meaning} |" for name, channel in CHANNELS.items())
-    opening = OPENING.format(channels=f"| channel | meaning |\n|---|---|\n{channels}")
+    kinds = "\n".join(f"| `{kind}` | {', '.join(f'`{scale}`' for scale in scales)} |" for kind, scales in KINDS.items())
+    opening = OPENING.format(
+        channels=f"| channel | meaning |\n|---|---|\n{channels}", kinds=f"| kind | scales |\n|---|---|\n{kinds}"
+    )
     sections = (section for family, names in families(EFFECTS).items() for section in _family(family, names))
     return "\n".join([opening, *sections])
 
@@ -65,7 +73,8 @@ def _section(name: str, effect: Effect) -> Iterator[str]:
     yield from (_parameter(parameter, effect) for parameter in effect.parameters)
     absent = " and ".join(f"`{key} = {value:g}`" for key, value in effect.absent.items())
     kept = f" It carries {', '.join(f'`{state}`' for state in effect.carried)} on." if effect.carried else ""
-    yield f"\nIt acts on `{effect.acts_on}` and has no influence at {absent}.{kept}\n"
+    kind = f", of the kind `{effect.kind}`," if effect.kind else ""
+    yield f"\nIt acts on `{effect.acts_on}`{kind} and has no influence at {absent}.{kept}\n"
 
 
 def _parameter(parameter: Parameter, effect: Effect) -> str:

@@ -45,7 +45,8 @@ def _parts(name: str, effect: Effect) -> Iterator[RenderableType]:
     yield Text(f"\n{explained(effect, None)}\nSuspect it when: {effect.suspect_when}\nSource: {effect.source}\n")
     yield _parameters(effect.parameters)
     absent = " and ".join(f"{key} = {value:g}" for key, value in effect.absent.items())
-    yield Text(f"It has no influence at {absent}. It acts on: {effect.acts_on}.")
+    kind = f", of the kind {effect.kind}" if effect.kind else ""
+    yield Text(f"It has no influence at {absent}. It acts on: {effect.acts_on}{kind}.")
     if effect.carried:
         yield Text(f"The layer keeps {', '.join(effect.carried)} from one earthquake to the next.")
     yield Text("\nIts law in terms of the motion (u in m, v in m/s): the added force, then the rates of its states:\n")

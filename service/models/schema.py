@@ -320,6 +320,10 @@ class EffectOut(EffectRow):
 
     explanation: str = Field(description="Its action, in a sentence that names its parameters.")
     acts_on: str = Field(description="`force`, or what other effects read, such as `stiffness`.")
+    kind: str | None = Field(
+        description="Kind of its force, which effects on temperature, load or age scale: `rubber`, `yielding` or "
+        "`sliding`; null for a force that they do not scale, or no force."
+    )
     absent: dict[str, Number] = Field(description="Values of parameters at which it does nothing at all.")
     kept: list[str] = Field(description="States that the layer keeps from one earthquake to the next.")
     parameters: list[ParameterOut] = Field(description="Its parameters, which a model gives values to.")

@@ -1,13 +1,14 @@
 """The force of a layer in plain Python: laws run as written, states by SciPy's adaptive solver, the motion exact."""
 
 from collections.abc import Iterator, Mapping
+from math import prod
 
 import numpy as np
 from excitations import swelling_motion, varying_conditions
 from scipy.integrate import solve_ivp
 
 from core.arrays import Vector
-from core.effect import CHANNELS, RESULTS
+from core.effect import CHANNELS, KINDS, RESULTS
 from core.effects import EFFECTS
 
 Model = Mapping[str, Mapping[str, float]]
@@ -50,6 +51,7 @@ def _evaluated(
         own = {state: states[name, state] for state in effect.states}
         printed = effect.law(*((offer | own | dict(model[name]))[need] for need in effect.needs))
         done, *slopes = printed if isinstance(printed, tuple) else (printed,)
+        done *= prod(offer[scale] for scale in KINDS.get(effect.kind or "", ()))
         offer[effect.acts_on] = (
             offer[effect.acts_on] * done if CHANNELS[effect.acts_on].neutral else offer[effect.acts_on] + done
         )

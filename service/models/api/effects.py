@@ -45,6 +45,7 @@ def answered(name: str, effect: Effect) -> EffectOut:
         suspect_when=effect.suspect_when,
         explanation=explained(effect, None),
         acts_on=effect.acts_on,
+        kind=effect.kind,
         absent=dict(effect.absent),
         kept=list(effect.carried),
         parameters=[

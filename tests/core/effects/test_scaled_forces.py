@@ -1,12 +1,17 @@
 """Vertical load, temperature and a step scale the forces that they act on, against exact values."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from excitations import LAYER, Excitation, equal_cycles, layer_force, usual_values
 
+from core.effect import KINDS, SCALES, Effect, LogNormal, Parameter
+from core.effects import EFFECTS
+from core.errors import ModelError
 from core.model.isolator import Conditions
+from core.model.program import compiled_force, in_opcode_order
 
 RATE = 400.0
 SPEED = 0.1
@@ -14,7 +19,28 @@ SPEED = 0.1
 BOUC_WEN = {"bouc_wen": LAYER["bouc_wen"]}
 SLIDING = {"friction": usual_values("friction", sliding=1e6, share=0.5, a=20.0)}
 BREAKING_AWAY = {"breakaway": usual_values("breakaway", excess=5e5, v_s=0.1)}
-RUBBER = ("elastic", "hardening", "asymmetry", "mullins", "strain_softening", "second_hysteresis")
+RUBBER = tuple(sorted(name for name in EFFECTS if EFFECTS[name].kind == "rubber"))
+"""Every effect of the kind, new ones included."""
+
+
+def halved(share: float) -> float:
+    return share
+
+
+def scaled_twice(u: float, stiffness: float, share: float) -> float:
+    return stiffness * share * u
+
+
+EXAMPLE = Effect(
+    title="Example",
+    law=halved,
+    parameters=(Parameter("share", "1", (0.0, 1.0), LogNormal(0.5, 1.0), "that is left"),),
+    absent={"share": 1.0},
+    family="elasticity",
+    explanation="",
+    suspect_when="",
+    source="",
+)
 
 
 def pushed(axial_load: float) -> Excitation:
@@ -39,6 +65,40 @@ def test_yield_and_friction_follow_the_vertical_load(
     """Coulomb: friction is proportional to the load, so `share` is 1. No force pulls when the bearing lifts off."""
     force = layer_force({**model, "vertical_load": {"share": share}}, pushed(axial_load))
     assert force[-1] == pytest.approx(factor * exact, rel=1e-3, abs=1e-9 * exact)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].acts_on == "force"))
+def test_a_scale_multiplies_the_forces_of_its_kinds_and_leaves_the_others(name: str, scale: str) -> None:
+    """An effect that halves a scale halves the force at given states; only what shapes a yield may reach further."""
+    if scale not in {one for scales in KINDS.values() for one in scales}:
+        return
+    halving = replace(EXAMPLE, law=halved, acts_on=scale)
+    effects = {name: EFFECTS[name], "zz": halving}
+    order, size, states = in_opcode_order(effects), len(EFFECTS[name].parameters), len(EFFECTS[name].states)
+    p, x = np.array([*usual_values(name).values(), 0.5]), np.full(states, 0.3)
+    places = {name: (0, 0), "zz": (size, states)}
+
+    def run(*names: str) -> float:
+        opcode, at_p, at_x = (np.array(one) for one in zip(*((order.index(n), *places[n]) for n in names), strict=True))
+        motion = (0.2, 0.3, 0.1, 0.2, 1.0, 20.0, 0.0)
+        return compiled_force(effects)(*motion, opcode, at_p, at_x, p, x, np.zeros(states))[0]
+
+    factor = 0.5 if scale in KINDS.get(EFFECTS[name].kind or "", ()) else 1.0
+    assert run("zz", name) == pytest.approx(factor * run(name), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("instead", "message"),
+    [
+        ({"kind": "liquid"}, "its kind 'liquid' must be one of rubber, yielding, sliding"),
+        ({"kind": "rubber", "acts_on": "strength"}, "acts on 'strength'; only a force has a kind"),
+        ({"kind": "rubber", "law": scaled_twice}, r"kind 'rubber' is multiplied by \['stiffness'\]; leave it"),
+    ],
+)
+def test_a_kind_is_one_of_those_there_are_and_of_a_force(instead: dict[str, Any], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        replace(EXAMPLE, **instead)
 
 
 @pytest.mark.parametrize("name", RUBBER)

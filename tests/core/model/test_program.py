@@ -25,7 +25,7 @@ HALVING = Effect(
 )
 
 
-def test_an_effect_that_scales_acts_on_those_that_read_the_scale() -> None:
+def test_an_effect_that_scales_acts_on_the_forces_of_the_kind() -> None:
     effects = {"bouc_wen": EFFECTS["bouc_wen"], "zz_halving": HALVING}
     order = in_opcode_order(effects)
     assert order[0] == "zz_halving"
