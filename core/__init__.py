@@ -11,6 +11,7 @@ Models: `Isolator`, `first_model`, `EFFECTS`, `Effect`, `Parameter`, `LogNormal`
 Simulation: `ShearBuilding`, `simulate`.
 Drift: `drift_series`, `monitor`.
 The workbench: `fit`, `compare`, `diagnose`, `add`, `improve`, `Earthquakes`.
+Forecasts: `forecast`, `GroundMotion`, `ToPga`, `ToDisplacement`, `ToSpectrum`.
 Errors: `CoreError`, `RecordError`, `ModelError`, `IdentificationError`.
 """
 
@@ -29,11 +30,12 @@ if TYPE_CHECKING:
     from core.errors import CoreError, IdentificationError, ModelError, RecordError
     from core.estimates import equivalents, layer_motion, restoring_force
     from core.fitting.observation import Observation, observations
+    from core.forecasting.ground_motion import GroundMotion, ToDisplacement, ToPga, ToSpectrum
     from core.model.first_model import first_model
     from core.model.isolator import Isolator
     from core.model.simulation import simulate
     from core.record import Channel, Segment
-    from core.workbench import Earthquakes, add, compare, diagnose, fit, improve
+    from core.workbench import Earthquakes, add, compare, diagnose, fit, forecast, improve
 
 __all__ = [
     "EFFECTS",
@@ -44,6 +46,7 @@ __all__ = [
     "Earthquakes",
     "Effect",
     "EventAnalysis",
+    "GroundMotion",
     "IdentificationError",
     "IsolationDesign",
     "IsolationLayer",
@@ -57,6 +60,9 @@ __all__ = [
     "RecordError",
     "Segment",
     "ShearBuilding",
+    "ToDisplacement",
+    "ToPga",
+    "ToSpectrum",
     "add",
     "add_effect",
     "analyse",
@@ -66,6 +72,7 @@ __all__ = [
     "equivalents",
     "first_model",
     "fit",
+    "forecast",
     "improve",
     "layer_motion",
     "monitor",
@@ -116,6 +123,12 @@ _MODULES = MappingProxyType(
             "Observation",
             "observations",
         ),
+        "core.forecasting.ground_motion": (
+            "GroundMotion",
+            "ToDisplacement",
+            "ToPga",
+            "ToSpectrum",
+        ),
         "core.model.isolator": ("Isolator",),
         "core.model.simulation": ("simulate",),
         "core.record": (
@@ -128,6 +141,7 @@ _MODULES = MappingProxyType(
             "compare",
             "diagnose",
             "fit",
+            "forecast",
             "improve",
         ),
     }

@@ -1,4 +1,4 @@
-"""The workbench: a model of the isolation layer is fitted, compared, diagnosed and improved.
+"""The workbench: a model of the isolation layer is fitted, compared, diagnosed, improved and used for forecasts.
 
 Each operation takes a model and observations, and returns a result that prints a report. Notebooks, the command line
 and the service all call these.
@@ -8,6 +8,7 @@ from core.workbench.comparing import ComparisonResult, compare
 from core.workbench.diagnosing import DiagnosisResult, diagnose
 from core.workbench.earthquakes import Earthquakes
 from core.workbench.fitting import FitResult, fit
+from core.workbench.forecasting import ForecastResult, forecast
 from core.workbench.improving import ExtensionResult, ImprovementResult, add, improve
 
 __all__ = [
@@ -16,10 +17,12 @@ __all__ = [
     "Earthquakes",
     "ExtensionResult",
     "FitResult",
+    "ForecastResult",
     "ImprovementResult",
     "add",
     "compare",
     "diagnose",
     "fit",
+    "forecast",
     "improve",
 ]

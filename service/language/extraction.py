@@ -70,6 +70,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "core/effects/*.py",
         "core/fitting/fit.py",
         "core/fitting/search.py",
+        "core/forecasting/*.py",
         "core/model/isolator.py",
         "core/model/simulation.py",
         "core/workbench/*.py",

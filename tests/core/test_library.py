@@ -80,6 +80,7 @@ def results() -> dict[str, Any]:
         "diagnosis": result,
         "extension": core.add("hardening", fit.model, [quake]),
         "improvement": core.improve(fit.model, [quake], effects=("hardening",)),
+        "forecast": core.forecast(fit.model, [quake], core.GroundMotion.of("stronger", RATE, x=1.5 * one["ground"])),
         "better fit": core.fit(result.model, [quake]),
         "analysis": core.analyse(segments(sensors(1)), paper()),
     }
@@ -125,6 +126,10 @@ def test_every_result_prints_values_with_units(results: dict[str, Any]) -> None:
         assert re.search(r"\d ?(mm|kN|kN/mm|%)|kN/mm", text), name
         assert not re.search(r"\bNone\b|\bnan\b|\binf\b|<core|array\(", text), (name, text)
         assert max(map(len, text.splitlines())) < 200, name
+    assert re.search(
+        r"displacement of the isolators +\d+(\.\d+)? mm \(95 %: \d+(\.\d+)? to \d+(\.\d+)? mm\)",
+        str(results["forecast"]),
+    )
     for name in ("force", "motion", "cycles", "fit", "diagnosis", "extension", "improvement"):
         assert "±" in str(results[name]), name
 
