@@ -7,7 +7,7 @@ nearly always significant.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
 
@@ -16,6 +16,7 @@ import numpy as np
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped, Ranking, ScoredCandidate, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
+from core.diagnosis.worth import Judge, NoiseRatios, Worth, excess, worth
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.fitting.data import FitData
@@ -44,8 +45,13 @@ LOWERS = 0.98
 """Largest ratio of the force's error in N after and before an effect for which the effect is named. Chosen on even
 seeds of benchmarks.diagnosis."""
 MOST_UNEXPLAINED = 0.5
-"""Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown. Chosen on
-even seeds of benchmarks.diagnosis."""
+"""Share of the excess error that the library's effects leave, from which on the cause is unknown. Chosen on even seeds
+of benchmarks.diagnosis."""
+FEW_RATIOS = 3.0
+"""Noise ratio from which on what an effect leaves shows another law than its own,"""
+NEARLY = 0.9
+"""and share of the excess error from which on that law is at least of the same kind. Where a law leaves something, all
+that take this share may be meant."""
 
 
 Rank: TypeAlias = Callable[[Isolator], Ranking]
@@ -73,6 +79,8 @@ class Step:
     alike: tuple[ScoredCandidate, ...]
     """Candidates that the records cannot distinguish from the best and against which nothing speaks; the chosen one
     is first. Where something speaks against all of them, those that are doubtful only."""
+    worth: Worth | None = None
+    """Share of the excess error that the effect takes beside the others; None until all are known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +93,10 @@ class Diagnosis:
     refitted: Fit
     """The same effects, their values fitted."""
     steps: tuple[Step, ...]
-    """Effects added, the one first that lowers the force's error most."""
+    """Effects added, the one first that lowers the force's error most. If the outcome is unknown they have no name:
+    what is missing resembles them."""
+    idle: tuple[Step, ...]
+    """Effects for which there is evidence, but which take too little of the excess error to be added."""
     after: Fit
     """The model with all of them."""
     before: Unexplained
@@ -96,6 +107,27 @@ class Diagnosis:
     """Ranking of the candidates for the refitted model."""
     last: Ranking
     """Ranking of the candidates for the model with all effects."""
+    ratios_before: NoiseRatios
+    """Of the refitted model."""
+    ratios_after: NoiseRatios
+    """Of the model with all effects."""
+
+    @property
+    def explained(self) -> Worth:
+        """Shares of the excess error that all effects take together."""
+        return worth(self.ratios_before, self.ratios_after)
+
+    @property
+    def named(self) -> tuple[Step, ...]:
+        """Effects that are missing; none if the outcome is unknown."""
+        return () if self.outcome is Outcome.UNKNOWN else self.steps
+
+    @property
+    def resembles(self) -> tuple[str, ...]:
+        """Names of the effects that are nearest to something unknown; none for other outcomes."""
+        if self.outcome is not Outcome.UNKNOWN:
+            return ()
+        return tuple(step.chosen.effect for step in (*self.steps, *self.idle))
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:
@@ -119,6 +151,7 @@ def diagnosed(
     model: Isolator,
     effects: Collection[str] | None = None,
     report_step: Callable[[str], None] = _unreported,
+    held_out: Sequence[Observation] = (),
 ) -> Diagnosis:
     """Diagnose a model by the records of several earthquakes.
 
@@ -127,6 +160,7 @@ def diagnosed(
         model: effects and values.
         effects: names of those that may be added; None for all there are.
         report_step: called after each ranking that leads to another one, with the effects so far, in words.
+        held_out: of other earthquakes, which nothing is fitted to: an effect must explain them too.
 
     Raises:
         RecordError: no observation.
@@ -146,9 +180,16 @@ def diagnosed(
     while len(steps) > 1 and (now := error(last.data, last.base)) < LOWERS * lowest:
         lowest = now
         steps, last = _added(*_swapped(steps, last, rank, report_step), rank, report_step)
-    steps, last = _without_idle(by_noise, steps, last, rank)
+    judge = Judge.of(observations, held_out)
+    steps, idle, last = _earning(by_noise, judge, steps, last, rank)
+    if idle and len(steps) == 1 and (best := _step(first)) and best.chosen.effect != steps[0].chosen.effect:
+        # one law of another form had looked like two, neither of them the nearest
+        steps, more, last = _earning(by_noise, judge, [best], rank(best.chosen.fit.model), rank)
+        idle = [one for one in (*more, *idle) if one.chosen.effect != best.chosen.effect]
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
+    if len(steps) == 1 and left.is_there:
+        steps = [_with_near(steps[0])]
     outcome = _outcome(steps, before, left, is_supported=bool(first.supported))
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, first.base, model):
         outcome = Outcome.REFIT
@@ -158,11 +199,14 @@ def diagnosed(
         given=model,
         refitted=first.base,
         steps=tuple(steps),
+        idle=tuple(idle),
         after=last.base,
         before=before,
         unexplained=left,
         first=first,
         last=last,
+        ratios_before=judge.noise_ratios(first.base.model),
+        ratios_after=judge.noise_ratios(last.base.model),
     )
 
 
@@ -223,31 +267,43 @@ def _swapped(
     return steps, last
 
 
-def _without_idle(by_noise: FitData, steps: list[Step], last: Ranking, rank: Rank) -> tuple[list[Step], Ranking]:
-    """The steps whose effects the force's error needs, those first that it needs most; and the last ranking.
+def _earning(
+    by_noise: FitData, judge: Judge, steps: list[Step], last: Ranking, rank: Rank
+) -> tuple[list[Step], list[Step], Ranking]:
+    """The steps whose effects earn a name, those first that the force's error needs most; the others; and the last
+    ranking.
 
     An effect that was added before another was exchanged may have lost its worth; and what is likely by the whitened
-    error need not lower the error that an engineer sees.
+    error need not lower the error that an engineer sees, or the error of earthquakes that it was not fitted to.
     """
+    idle: list[Step] = []
     while steps:
-        now = last.base.model.effects
-        whole = _error(by_noise, now)
-        worth = {
-            step.chosen.effect: _error(by_noise, {n: v for n, v in now.items() if n != step.chosen.effect}) / whole
-            for step in steps
-        }
-        steps = sorted(steps, key=lambda step: -worth[step.chosen.effect])
-        if worth[steps[-1].chosen.effect] > 1 / LOWERS:
+        now, after = last.base.model.effects, judge.noise_ratios(last.base.model)
+        whole, _ = _refitted(by_noise, now)
+        needed: dict[str, float] = {}
+        for number, step in enumerate(steps):
+            name = step.chosen.effect
+            left, without = _refitted(by_noise, {n: v for n, v in now.items() if n != name})
+            needed[name] = left / whole
+            steps[number] = replace(step, worth=worth(judge.noise_ratios(without), after))
+        steps = sorted(steps, key=lambda step: -needed[step.chosen.effect])
+        failing = [step for step in steps if not _earns(step, needed[step.chosen.effect])]
+        if not failing:
             break
-        without = Isolator({n: v for n, v in now.items() if n != steps[-1].chosen.effect})
-        steps, last = steps[:-1], rank(without)
-    return steps, last
+        steps, idle = [step for step in steps if step is not failing[-1]], [failing[-1], *idle]
+        last = rank(Isolator({n: v for n, v in now.items() if n != failing[-1].chosen.effect}))
+    return steps, idle, last
 
 
-def _error(by_noise: FitData, effects: Mapping[str, Mapping[str, float]]) -> float:
-    """N, of the force of a model with these effects, fitted from these values."""
+def _earns(step: Step, needed: float) -> bool:
+    """True if an effect lowers the force's error, and takes enough of the excess."""
+    return needed > 1 / LOWERS and step.worth is not None and step.worth.earns_a_name
+
+
+def _refitted(by_noise: FitData, effects: Mapping[str, Mapping[str, float]]) -> tuple[float, Isolator]:
+    """N, error of the force of a model with these effects, fitted from these values; and the model."""
     whole = weighted_fit(by_noise.observations, Isolator(effects))
-    return error(whole.data, whole.fit)
+    return error(whole.data, whole.fit), whole.fit.model
 
 
 def _named(steps: Sequence[Step]) -> str:
@@ -261,10 +317,27 @@ def _is_off(ranking: Ranking, fit: Fit, given: Isolator) -> bool:
     return bool(evident and left > (1 + WORTH) ** 2 * fit.chi_square)
 
 
+def _with_near(step: Step) -> Step:
+    """The step with all plausible effects that take nearly all of the excess error, since no law is quite right."""
+    before = excess(step.ranking.noise_ratio(step.ranking.base))
+    near = [
+        one
+        for one in step.ranking.candidates
+        if one not in step.alike
+        and one.delta_bic < -DECISIVE
+        and excess(step.ranking.noise_ratio(one.fit)) < (1 - NEARLY) * before
+        and objection(one.effect, one.fit, step.ranking.data.observations) is None
+    ]
+    return replace(step, alike=(*step.alike, *near))
+
+
 def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_supported: bool) -> Outcome:
     """Outcome; an effect that the records support but that was not added leaves an unknown cause."""
     if not steps:
         return Outcome.UNKNOWN if before.is_there or is_supported else Outcome.NOTHING_MISSING
+    is_another_law = left.noise_ratio > FEW_RATIOS
+    if is_another_law and (len(steps) > 1 or left.excess > (1 - NEARLY) * before.excess):
+        return Outcome.UNKNOWN
     if left.is_there and left.excess > MOST_UNEXPLAINED * before.excess:
         return Outcome.UNKNOWN
     sets = [{one.effect for one in step.alike} for step in steps]
@@ -272,5 +345,5 @@ def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, i
     if all(len(one) == 1 for one in sets):
         # one law of another form may look like two of its family, but then leaves something
         is_one_law = left.is_there and len(set().union(*families)) < len(steps)
-        return Outcome.FAMILY if is_one_law else Outcome.EFFECT
+        return Outcome.FAMILY if is_one_law or is_another_law else Outcome.EFFECT
     return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET

@@ -83,7 +83,7 @@ class Ranking:
 
     def left(self, fit: Fit) -> Vector:
         """(records,) N, root mean square of what a fit leaves over within the band."""
-        return rms_by_record(self.data, fit)
+        return rms_by_record(self.data, fit.residual)
 
     def noise_ratio(self, fit: Fit) -> float:
         """Error that a fit leaves over the error that noise alone makes, each record by its own noise."""

@@ -14,6 +14,7 @@ from numba import njit
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
+from core.diagnosis.worth import excess
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
 from core.fitting.observation import Observation
@@ -58,7 +59,7 @@ class Unexplained:
     @property
     def excess(self) -> float:
         """Power beyond the noise, over the noise's."""
-        return max(self.noise_ratio**2 - 1, 0.0)
+        return excess(self.noise_ratio)
 
 
 def unexplained(data: FitData, fit: Fit, noise_ratio: float, allowed: float) -> Unexplained:

@@ -63,11 +63,16 @@ def signature(data: FitData, base: Fit, model: Isolator) -> Matrix:
     return np.asarray(with_it - without)[None]
 
 
-def chi_square(data: FitData, model: Isolator) -> float:
-    """Sum of squares of the whitened residual at the model's own values."""
+def residual_at(data: FitData, model: Isolator) -> Vector:
+    """(m,) whitened residual at the model's own values."""
     search, values = free_parameters(model), values_of(model)
     amplitudes = np.array([values[key] for key in search.linear])
-    return float(np.sum((data.target - amplitudes @ derivatives(data, search, values, search.linear)) ** 2))
+    return np.asarray(data.target - amplitudes @ derivatives(data, search, values, search.linear))
+
+
+def chi_square(data: FitData, model: Isolator) -> float:
+    """Sum of squares of the whitened residual at the model's own values."""
+    return float(np.sum(residual_at(data, model) ** 2))
 
 
 def at_values(data: FitData, model: Isolator) -> Fit:
@@ -198,15 +203,15 @@ def weighted_fit(observations: Sequence[Observation], model: Isolator) -> Weight
     return WeightedFit(fit, data, inflation(data, fit))
 
 
-def rms_by_record(data: FitData, fit: Fit) -> Vector:
-    """(records,) N, root mean square of the residual within the band."""
+def rms_by_record(data: FitData, residual: Vector) -> Vector:
+    """(records,) N, root mean square of an (m,) whitened residual within the band."""
     spans = zip(data.spans, data.whitenings, strict=True)
-    return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+    return np.array([np.linalg.norm(residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
 
 
 def error(data: FitData, fit: Fit) -> float:
     """N, root mean square of the residual over all records."""
-    return pooled_rms(rms_by_record(data, fit), np.array([w.count for w in data.whitenings]))
+    return pooled_rms(rms_by_record(data, fit.residual), np.array([w.count for w in data.whitenings]))
 
 
 def reweighted_data(by_noise: FitData, fit: Fit) -> FitData:

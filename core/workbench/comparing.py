@@ -77,12 +77,8 @@ def failure_of(errors: ModelErrors) -> Failure:
 
 def counted(earthquakes: Earthquakes) -> str:
     """Number of earthquakes in words, the held-out ones beside it."""
-    count, out = (len({one.name for one in seen}) for seen in (earthquakes.observations, _held_out(earthquakes)))
+    count, out = (len({one.name for one in seen}) for seen in (earthquakes.observations, earthquakes.tested))
     return f"{count} earthquake{'s' if count > 1 else ''}" + (f", {out} held out" if out else "")
-
-
-def _held_out(earthquakes: Earthquakes) -> list[Observation]:
-    return [one for one in earthquakes.observations if one.name in earthquakes.held_out]
 
 
 def force_table(result: ComparisonResult) -> Table:

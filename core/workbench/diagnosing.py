@@ -28,7 +28,15 @@ from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
 from core.workbench.tables import Deviations, gain, percent, values_table, version_tables
-from core.workbench.texts import evidence, lowers_error, missing, remaining, titled
+from core.workbench.texts import (
+    evidence,
+    lowers_error,
+    missing,
+    remaining,
+    resembling,
+    titled,
+    unexplained_share,
+)
 
 RUNNERS_UP = 2
 """Number of effects that are named although something speaks against them."""
@@ -50,7 +58,7 @@ class DiagnosisResult:
 
     given: Isolator
     model: Isolator
-    """The model with all effects that were added, its values rounded to six digits."""
+    """The model with all effects that are named, its values rounded to six digits."""
     earthquakes: Earthquakes
     diagnosis: Diagnosis
     refitted: ComparisonResult
@@ -60,7 +68,7 @@ class DiagnosisResult:
     faults: tuple[BuildingFault, ...]
     """Faults of sensors, superstructure and masses."""
     stages: tuple[Stage, ...]
-    """One for each effect that was added."""
+    """One for each effect that was added; if the outcome is unknown, for each that is near to what is missing."""
     versions: tuple[Version, ...]
     """The model as given, refitted, then those of the stages."""
     diverging: tuple[Dropped, ...] = ()
@@ -83,9 +91,17 @@ class DiagnosisResult:
         return self.diagnosis.outcome.value if cause is None else cause.value
 
     @property
+    def resembles(self) -> tuple[str, ...]:
+        """Names of the effects that are nearest to something unknown, the nearest first; none for other outcomes."""
+        if self.diagnosis.outcome is not Outcome.UNKNOWN or self.diagnosis.resembles:
+            return self.diagnosis.resembles
+        nearest = _nearest_candidate(self)
+        return () if nearest is None else (nearest.effect,)
+
+    @property
     def std(self) -> Deviations:
         """Standard deviations of the model's values by effect and parameter, SI units."""
-        fit, inflation = last_fit(self.diagnosis, self.stages)
+        fit, inflation = last_fit(self.diagnosis, named_stages(self.diagnosis, self.stages))
         return deviations(fit, inflation)
 
     @property
@@ -97,7 +113,7 @@ class DiagnosisResult:
     def __str__(self) -> str:
         versions = (*self.versions[:2], *self.versions[2:][-1:])
         tables = [candidate_table(self, self.candidates[:BRIEF]), *version_tables(versions, self.earthquakes)]
-        tables += [values_table(self.model, self.std)] if self.stages else []
+        tables += [values_table(self.model, self.std)] if self.diagnosis.named else []
         title = f"Diagnosis of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
         return report(title, self.text, *tables)
 
@@ -129,10 +145,10 @@ def diagnose(
     progress("trying every effect", 0, 4)
     offered, diverging = set(EFFECTS if effects is None else effects), list[Dropped]()
     while True:
-        diagnosis = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4))
+        diagnosis = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4), seen.tested)
         progress("trying them on every earthquake", 1, 4)
         tried, dropped = candidates(diagnosis.first, seen)
-        added = {step.chosen.effect for step in diagnosis.steps}
+        added = {step.chosen.effect for step in (*diagnosis.steps, *diagnosis.idle)}
         diverging += dropped
         if not added & {one.effect for one in dropped}:
             break
@@ -151,7 +167,7 @@ def diagnose(
     progress("diagnosed", 4, 4)
     return DiagnosisResult(
         given=model,
-        model=readable(last_fit(diagnosis, staged)[0].model),
+        model=readable(last_fit(diagnosis, named_stages(diagnosis, staged))[0].model),
         earthquakes=seen,
         diagnosis=diagnosis,
         refitted=refitted,
@@ -168,15 +184,23 @@ def last_fit(diagnosis: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]
     return (staged[-1].fit, staged[-1].inflation) if staged else (diagnosis.refitted, diagnosis.first.inflation)
 
 
+def named_stages(diagnosis: Diagnosis, staged: Sequence[Stage]) -> Sequence[Stage]:
+    """The stages of the effects that are named; none if the outcome is unknown."""
+    return staged if diagnosis.named else ()
+
+
 def _cut(diagnosis: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
     """The diagnosis with the first effects only, since the next one does not lower the error of whole histories."""
-    left = diagnosed(earthquakes.fitted, kept[-1].fit.model, ()).unexplained if kept else diagnosis.before
+    after = kept[-1].fit if kept else diagnosis.refitted
+    again = diagnosed(earthquakes.fitted, after.model, (), held_out=earthquakes.tested)
     return replace(
         diagnosis,
         outcome=diagnosis.outcome if kept else Outcome.UNKNOWN,
         steps=diagnosis.steps[: len(kept)],
-        after=kept[-1].fit if kept else diagnosis.refitted,
-        unexplained=replace(left, allowed=diagnosis.unexplained.allowed),
+        idle=(*diagnosis.steps[len(kept) :], *diagnosis.idle),
+        after=after,
+        unexplained=replace(again.unexplained, allowed=diagnosis.unexplained.allowed),
+        ratios_after=again.ratios_before,
     )
 
 
@@ -243,14 +267,18 @@ def _refit(result: DiagnosisResult) -> Iterator[str]:
 def _missing(result: DiagnosisResult) -> Iterator[str]:
     for number in range(1, len(result.stages) + 1):
         yield from missing(result.stages[:number], result.versions[1 : number + 2], result.given, result.earthquakes)
+    if result.diagnosis.outcome is Outcome.FAMILY and all(len(one.step.alike) == 1 for one in result.stages):
+        families = " and ".join(sorted({EFFECTS[one.effect].family for one in result.stages}))
+        yield f"Only the family, {families}, is certain: the law itself leaves more than the noise."
 
 
 def _unknown(result: DiagnosisResult) -> Iterator[str]:
-    yield (
-        f"Something is missing that no known effect explains: fitted, {_size(result)}. "
-        "Any effect named below is only the nearest known one."
-    )
-    yield from _nearest(result)
+    yield f"Something is missing that no known effect explains: fitted, {_size(result)}."
+    if result.diagnosis.resembles:
+        yield from resembling((*result.diagnosis.steps, *result.diagnosis.idle))
+    else:
+        yield from _nearest(result)
+    yield unexplained_share(result.diagnosis.explained, len(result.diagnosis.steps))
     yield from result.refitted.text[1:2]
 
 
@@ -259,10 +287,13 @@ OPENINGS = MappingProxyType({Outcome.NOTHING_MISSING: _nothing, Outcome.REFIT: _
 
 
 def _after(result: DiagnosisResult) -> Iterator[str]:
-    if result.diagnosis.steps:
+    steps = result.diagnosis.steps
+    if steps:
         yield from gain(result.versions[1], result.versions[-1], result.earthquakes)
-    if result.diagnosis.steps and result.diagnosis.unexplained.is_there:
-        yield remaining(result.diagnosis.unexplained, len(result.diagnosis.steps))
+    if result.diagnosis.named:
+        yield unexplained_share(result.diagnosis.explained, len(steps))
+    if steps and result.diagnosis.unexplained.is_there:
+        yield remaining(result.diagnosis.unexplained, len(steps))
 
 
 def _open(result: DiagnosisResult) -> Iterator[str]:
@@ -284,15 +315,20 @@ def _dropped(result: DiagnosisResult) -> Iterator[str]:
 
 
 def _nearest(result: DiagnosisResult) -> Iterator[str]:
-    """The best effect that lowers the error and that nothing speaks against."""
-    plausible = (one for one in result.candidates if not one.implausible and lowers_error(result.before, one.after))
-    best = next(plausible, None)
+    """The nearest effect, or that there is none."""
+    best = _nearest_candidate(result)
     if best is None:
         if result.candidates:
             yield "No plausible effect lowers the error of the force."
         return
     yield f"The nearest known effect is {titled(best.effect)}."
     yield evidence(best.effect, result.before, best.after, best.delta_bic)
+
+
+def _nearest_candidate(result: DiagnosisResult) -> Candidate | None:
+    """The best effect that lowers the error and that nothing speaks against."""
+    plausible = (one for one in result.candidates if not one.implausible and lowers_error(result.before, one.after))
+    return next(plausible, None)
 
 
 def _size(result: DiagnosisResult) -> str:

@@ -77,6 +77,11 @@ class Earthquakes:
         return tuple(one for one in self.observations if one.name not in self.held_out)
 
     @property
+    def tested(self) -> tuple[Observation, ...]:
+        """Observations that only test a model."""
+        return tuple(one for one in self.observations if one.name in self.held_out)
+
+    @property
     def fitted_names(self) -> tuple[str, ...]:
         """Names of the earthquakes that a model may be fitted to."""
         return tuple(dict.fromkeys(one.name for one in self.fitted))

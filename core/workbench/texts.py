@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
-from core.diagnosis.missing_effects import LOWERS
+from core.diagnosis.missing_effects import LOWERS, Step
 from core.diagnosis.plausibility import implausible
 from core.diagnosis.ranking import DECISIVE
 from core.diagnosis.unexplained import STRUCTURED, Unexplained
+from core.diagnosis.worth import Worth
 from core.effect import Effect
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
@@ -132,6 +133,39 @@ def remaining(left: Unexplained, added: int) -> str:
     return (
         f"{size}. Less than {percent(STRUCTURED)} of its power follows the motion, so these records do not show "
         "what else is missing."
+    )
+
+
+def resembling(steps: Sequence[Step]) -> Iterator[str]:
+    """Sentences on the effects that are nearest to something unknown, with what each of them takes beside the others.
+
+    Args:
+        steps: of these effects, which earned no name.
+    """
+    for step in steps:
+        yield f"It resembles {titled(step.chosen.effect)}, which is not the cause itself{_taking(step.worth)}."
+
+
+def _taking(taken: Worth | None) -> str:
+    if taken is None:
+        return ""
+    outside = "" if taken.held_out is None else f" and {percent(max(taken.held_out, 0.0))} on held-out earthquakes"
+    return f": it takes {percent(max(taken.fitted, 0.0))} of the excess error where it was fitted{outside}"
+
+
+def unexplained_share(taken: Worth, added: int) -> str:
+    """The share of the excess error that remains unexplained.
+
+    Args:
+        taken: the share that the added effects take.
+        added: their number.
+    """
+    effects = {0: "No effect explains it", 1: "With this effect"}.get(added, "With these effects")
+    fitted = percent(1 - taken.fitted)
+    outside = "" if taken.held_out is None else f" and {percent(1 - taken.held_out)} on held-out earthquakes"
+    return (
+        f"{effects}: {fitted} of the excess error (the power of the error beyond the noise) is unexplained where it "
+        f"was fitted{outside}."
     )
 
 

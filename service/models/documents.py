@@ -7,7 +7,7 @@ from core.comparison.misfit import pooled
 from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
 from core.comparison.profile import Bin, Profile
 from core.comparison.region import Region
-from core.diagnosis.missing_effects import Outcome
+from core.diagnosis.missing_effects import Diagnosis, Outcome
 from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.workbench.comparing import ComparisonResult
@@ -93,8 +93,7 @@ def extension(done: Work[ExtensionResult]) -> ExtensionDocument:
 
 def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
     """A diagnosis as a document."""
-    result, steps = done.result, done.result.diagnosis.steps
-    unexplained = result.diagnosis.unexplained
+    result, steps = done.result, done.result.diagnosis.named
     return DiagnosisDocument(
         building=done.given.building,
         outcome=result.outcome,
@@ -103,12 +102,15 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
         dropped=[DroppedOut.model_validate(one) for one in result.dropped],
         set=[one.effect for one in steps[0].alike] if steps else [],
         unknown_flag=result.diagnosis.outcome is Outcome.UNKNOWN or result.diagnosis.is_unknown,
-        unexplained=UnexplainedOut(share=unexplained.share, in_noise_floors=unexplained.noise_ratio),
+        resembles=list(result.resembles),
+        unexplained=_unexplained(result.diagnosis),
         steps=[
             StepOut(
                 effect=step.chosen.effect,
                 family=EFFECTS[step.chosen.effect].family,
                 delta_bic=step.chosen.delta_bic,
+                share=None if step.worth is None else step.worth.fitted,
+                share_held_out=None if step.worth is None else step.worth.held_out,
                 set=[one.effect for one in step.alike],
             )
             for step in steps
@@ -117,6 +119,16 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
         model=ModelValues.of(done.model),
         explanation=" ".join(result.text),
         unused=list(result.earthquakes.unused),
+    )
+
+
+def _unexplained(diagnosis: Diagnosis) -> UnexplainedOut:
+    left, taken = diagnosis.unexplained, diagnosis.explained
+    return UnexplainedOut(
+        share=left.share,
+        in_noise_floors=left.noise_ratio,
+        of_excess=1 - taken.fitted,
+        of_excess_held_out=None if taken.held_out is None else 1 - taken.held_out,
     )
 
 

@@ -258,6 +258,12 @@ class StepOut(Result):
     effect: str = Field(description="Its name.")
     family: str = Field(description="Its family.")
     delta_bic: Value = Field(description="BIC of the model with it less that without.")
+    share: Value = Field(
+        default=None, description="Share of the excess error that it takes beside the others; null if unknown."
+    )
+    share_held_out: Value = Field(
+        default=None, description="The same in the held-out events; null without any, or if nothing is missing there."
+    )
     set: list[str] = Field(description="Effects that the events do not distinguish here, the best first.")
 
 
@@ -275,6 +281,13 @@ class UnexplainedOut(Result):
 
     share: Value = Field(description="Share of the residual's power that a regression on the motion predicts.")
     in_noise_floors: Value = Field(description="RMS of the rest in multiples of the floor.")
+    of_excess: Value = Field(
+        default=None,
+        description="Share of the excess error (the power beyond the noise) that no effect explains.",
+    )
+    of_excess_held_out: Value = Field(
+        default=None, description="The same in the held-out events; null without any, or if nothing is missing there."
+    )
 
 
 class Findings(Result):
@@ -284,6 +297,9 @@ class Findings(Result):
     candidates: list[CandidateOut] = Field(description="Every effect that the model does not have, the best first.")
     dropped: list[DroppedOut] = Field(default=[], description="Effects that could not be checked, with the reason.")
     set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
+    resembles: list[str] = Field(
+        default=[], description="If the outcome is `unknown`: the nearest effects, none of which is the cause itself."
+    )
     unknown_flag: bool = Field(description="True if something is missing that the known effects do not explain.")
     unexplained: UnexplainedOut = Field(description="Structure that remains after all steps.")
     steps: list[StepOut] = Field(description="Missing effects, one after the other.")

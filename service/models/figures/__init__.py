@@ -27,9 +27,9 @@ def comparison_figures(result: ComparisonResult) -> list[Figure]:
 def diagnosis_figures(result: DiagnosisResult) -> list[Figure]:
     """Figures of the refitted model's residual; spectrum and histories also with the added effects."""
     before = result.refitted.errors.forces
-    after = result.versions[-1].errors if result.diagnosis.steps else None
+    after = result.versions[-1].errors if result.diagnosis.named else None
     strongest = strongest_of(before)
-    last = result.versions[-1].errors.of([strongest[0].observation.name])
+    last = (after or result.versions[1].errors).of([strongest[0].observation.name])
     drawn = (
         stiffness_over_amplitude(result.refitted.corrections),
         loop(strongest),

@@ -40,7 +40,7 @@ def test_a_comparison_and_a_fit_measure_one_residual() -> None:
     fit = at_values(data, Isolator({"elastic": {"k_b": 475e6}}))
     noise = np.array([force_noise(one).rms for one in seen])
     counts = np.array([one.layer.force.size for one in seen])
-    expected = pooled_rms(rms_by_record(data, fit) / noise, counts)
+    expected = pooled_rms(rms_by_record(data, fit.residual) / noise, counts)
     assert force_misfit(compare_forces(fit.model, seen, BAND)).noise_ratio == pytest.approx(expected, rel=1e-9)
 
 
