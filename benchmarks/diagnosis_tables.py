@@ -66,12 +66,17 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("same law, misfit > 2 %: residual / floor, 90 %", "≤ 1.10", _quantile(strong, 0.9)),
         ("same law, misfit ≤ 2 %: another named", "", _share(weak, _misnamed)),
         ("other law, misfit > 2 %: family named first", "≥ 95 %", _share(others, _family_first)),
+        ("other law, misfit > 2 %: unknown, its family resembled", "", _share(others, _family_resembled)),
+        ("other law, misfit > 2 %: unknown, another resembled", "", _share(others, _misled)),
+        ("other law, misfit > 2 %: another family named", "", _share(others, _another_family)),
         ("other law, misfit > 2 %: residual / floor, 90 %", "", _quantile(others, 0.9)),
         ("outside, misfit > 2 %: flagged as unknown", "≥ 95 %", _share(far, lambda o: o.unknown)),
+        ("outside, misfit > 2 %: outcome unknown", "", _share(far, _is("unknown"))),
         ("nothing hidden: an effect named", "≤ 1 %", _share(nothing, _blamed)),
         ("nothing hidden: sensor, mass or storey suspected", "≤ 1 %", _share(nothing, lambda o: bool(o.suspects))),
         ("design values off: refit", "", _share(refit, _is("refit"))),
         ("two effects: both and no other", "≥ 90 %", _share(two, _both)),
+        ("two effects: outcome unknown", "", _share(two, _is("unknown"))),
         ("a sensor errs: outcome sensor_fault", "≥ 95 %", _share(faults, _is("sensor_fault"))),
         ("a sensor errs: kind and channel's kind named", "≥ 95 %", _share(faults, _sensor_named)),
         ("a sensor errs: an effect blamed", "0", _share(faults, _blamed)),
@@ -143,6 +148,18 @@ def _blamed(one: Row) -> bool:
 
 def _family_first(one: Row) -> bool:
     return bool(one.named) and family(one.named[:1]) == family(one.hidden)
+
+
+def _another_family(one: Row) -> bool:
+    return bool(one.named) and not _family_first(one)
+
+
+def _family_resembled(one: Row) -> bool:
+    return one.outcome == "unknown" and bool(family(one.resembles) & family(one.hidden))
+
+
+def _misled(one: Row) -> bool:
+    return one.outcome == "unknown" and not _family_resembled(one)
 
 
 def _in_set(one: Row) -> bool:

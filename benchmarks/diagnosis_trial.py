@@ -45,7 +45,7 @@ class Row:
     outcome: str
     unknown: bool
     named: tuple[str, ...]
-    """Effects that were added, in their order."""
+    """Effects that were named, in their order."""
     sets: tuple[tuple[str, ...], ...]
     """Effects that the records could not distinguish from each of them, itself included."""
     suspects: tuple[str, ...]
@@ -59,6 +59,8 @@ class Row:
     """The same of the model that was given, its values fitted."""
     seconds: float
     """Processor time of the diagnosis, s."""
+    resembles: tuple[str, ...] = ()
+    """Effects that are nearest to something unknown."""
 
 
 def row(case: str, seed: int) -> Row:
@@ -67,10 +69,11 @@ def row(case: str, seed: int) -> Row:
     analyses = [analysed(event, made) for event in made.events]
     seen = [one for number, found in enumerate(analyses) for one in _along_x(found, made, number)]
     fitted = [one for one in seen if one.start < made.events[len(made.fitted)].start]
+    held_out = [one for one in seen if one not in fitted]
     if not fitted:
         return _of_sensors_alone(made, analyses)
     begun = process_time()
-    found = diagnosed(fitted, first_model(made.description).isolator)
+    found = diagnosed(fitted, first_model(made.description).isolator, held_out=held_out)
     seconds = process_time() - begun
     explains = not found.steps and not found.unexplained.is_there
     suspects = building_faults(analyses[: len(made.fitted)], made.description, found.refitted if explains else None)
@@ -82,13 +85,14 @@ def row(case: str, seed: int) -> Row:
         made.effects,
         suspects[0].cause.value if suspects else found.outcome.value,
         found.is_unknown,
-        tuple(step.chosen.effect for step in found.steps),
-        tuple(tuple(one.effect for one in step.alike) for step in found.steps),
+        tuple(step.chosen.effect for step in found.named),
+        tuple(tuple(one.effect for one in step.alike) for step in found.named),
         _named(suspects),
         found.before.noise_ratio,
         found.unexplained.noise_ratio,
         *(_predicted(model, seen, analyses, made) for model in _models(found)),
         seconds,
+        found.resembles,
     )
 
 

@@ -190,7 +190,8 @@ def diagnosed(
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
     if len(steps) == 1 and left.is_there:
         steps = [_with_near(steps[0])]
-    outcome = _outcome(steps, before, left, is_supported=bool(first.supported))
+    after = judge.noise_ratios(last.base.model)
+    outcome = _outcome(steps, before, left, after.held_out or 0.0, is_supported=bool(first.supported))
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, first.base, model):
         outcome = Outcome.REFIT
     by_noise.memory.clear()
@@ -206,7 +207,7 @@ def diagnosed(
         first=first,
         last=last,
         ratios_before=judge.noise_ratios(first.base.model),
-        ratios_after=judge.noise_ratios(last.base.model),
+        ratios_after=after,
     )
 
 
@@ -292,7 +293,15 @@ def _earning(
             break
         steps, idle = [step for step in steps if step is not failing[-1]], [failing[-1], *idle]
         last = rank(Isolator({n: v for n, v in now.items() if n != failing[-1].chosen.effect}))
+        steps = [_beside_others(step, last, rank) for step in steps] if len(steps) > 1 else steps
     return steps, idle, last
+
+
+def _beside_others(step: Step, last: Ranking, rank: Rank) -> Step:
+    """The step with the effects that the records cannot distinguish from its own, beside all others as they are now."""
+    ranking = rank(Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect}))
+    again = _step(ranking)
+    return again if again is not None and again.chosen.effect == step.chosen.effect else step
 
 
 def _earns(step: Step, needed: float) -> bool:
@@ -331,19 +340,30 @@ def _with_near(step: Step) -> Step:
     return replace(step, alike=(*step.alike, *near))
 
 
-def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_supported: bool) -> Outcome:
-    """Outcome; an effect that the records support but that was not added leaves an unknown cause."""
+def _outcome(
+    steps: Sequence[Step], before: Unexplained, left: Unexplained, left_held_out: float, *, is_supported: bool
+) -> Outcome:
+    """Outcome; an effect that the records support but that was not added leaves an unknown cause.
+
+    Args:
+        steps: effects that earned a name.
+        before: structure without them.
+        left: structure with them.
+        left_held_out: noise ratio with them on held-out records; 0 without any.
+        is_supported: whether the records supported any effect at first.
+    """
     if not steps:
         return Outcome.UNKNOWN if before.is_there or is_supported else Outcome.NOTHING_MISSING
-    is_another_law = left.noise_ratio > FEW_RATIOS
-    if is_another_law and (len(steps) > 1 or left.excess > (1 - NEARLY) * before.excess):
-        return Outcome.UNKNOWN
     if left.is_there and left.excess > MOST_UNEXPLAINED * before.excess:
         return Outcome.UNKNOWN
     sets = [{one.effect for one in step.alike} for step in steps]
     families = [{EFFECTS[name].family for name in one} for one in sets]
+    every = set().union(*families)
+    is_another_law = max(left.noise_ratio, left_held_out) > FEW_RATIOS
+    if is_another_law and (left.excess > (1 - NEARLY) * before.excess or (len(steps) > 1 and len(every) > 1)):
+        return Outcome.UNKNOWN
     if all(len(one) == 1 for one in sets):
         # one law of another form may look like two of its family, but then leaves something
-        is_one_law = left.is_there and len(set().union(*families)) < len(steps)
+        is_one_law = left.is_there and len(every) < len(steps)
         return Outcome.FAMILY if is_one_law or is_another_law else Outcome.EFFECT
     return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET

@@ -58,7 +58,7 @@ class DiagnosisResult:
 
     given: Isolator
     model: Isolator
-    """The model with all effects that are named, its values rounded to six digits."""
+    """The model with all effects that were added, named or not, its values rounded to six digits."""
     earthquakes: Earthquakes
     diagnosis: Diagnosis
     refitted: ComparisonResult
@@ -101,7 +101,7 @@ class DiagnosisResult:
     @property
     def std(self) -> Deviations:
         """Standard deviations of the model's values by effect and parameter, SI units."""
-        fit, inflation = last_fit(self.diagnosis, named_stages(self.diagnosis, self.stages))
+        fit, inflation = last_fit(self.diagnosis, self.stages)
         return deviations(fit, inflation)
 
     @property
@@ -113,7 +113,7 @@ class DiagnosisResult:
     def __str__(self) -> str:
         versions = (*self.versions[:2], *self.versions[2:][-1:])
         tables = [candidate_table(self, self.candidates[:BRIEF]), *version_tables(versions, self.earthquakes)]
-        tables += [values_table(self.model, self.std)] if self.diagnosis.named else []
+        tables += [values_table(self.model, self.std)] if self.stages else []
         title = f"Diagnosis of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
         return report(title, self.text, *tables)
 
@@ -167,7 +167,7 @@ def diagnose(
     progress("diagnosed", 4, 4)
     return DiagnosisResult(
         given=model,
-        model=readable(last_fit(diagnosis, named_stages(diagnosis, staged))[0].model),
+        model=readable(last_fit(diagnosis, staged)[0].model),
         earthquakes=seen,
         diagnosis=diagnosis,
         refitted=refitted,
@@ -182,11 +182,6 @@ def diagnose(
 def last_fit(diagnosis: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]:
     """Fit of the model with the effects of all these stages, and the inflation of its variances."""
     return (staged[-1].fit, staged[-1].inflation) if staged else (diagnosis.refitted, diagnosis.first.inflation)
-
-
-def named_stages(diagnosis: Diagnosis, staged: Sequence[Stage]) -> Sequence[Stage]:
-    """The stages of the effects that are named; none if the outcome is unknown."""
-    return staged if diagnosis.named else ()
 
 
 def _cut(diagnosis: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
@@ -278,7 +273,7 @@ def _unknown(result: DiagnosisResult) -> Iterator[str]:
         yield from resembling((*result.diagnosis.steps, *result.diagnosis.idle))
     else:
         yield from _nearest(result)
-    yield unexplained_share(result.diagnosis.explained, len(result.diagnosis.steps))
+    yield unexplained_share(result.diagnosis.explained)
     yield from result.refitted.text[1:2]
 
 
@@ -291,7 +286,7 @@ def _after(result: DiagnosisResult) -> Iterator[str]:
     if steps:
         yield from gain(result.versions[1], result.versions[-1], result.earthquakes)
     if result.diagnosis.named:
-        yield unexplained_share(result.diagnosis.explained, len(steps))
+        yield unexplained_share(result.diagnosis.explained)
     if steps and result.diagnosis.unexplained.is_there:
         yield remaining(result.diagnosis.unexplained, len(steps))
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.ranking import DECISIVE, ranked
+from core.diagnosis.worth import EARNS
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
@@ -212,9 +213,10 @@ def improve(
 def _confirmed(result: DiagnosisResult) -> int:
     """Number of effects, from the first on, that are worth adding.
 
-    If something unknown is missing, the next best name is a stand-in, which only held-out earthquakes can justify.
+    If something unknown is missing, the next best name is a stand-in, which is justified by half of the excess error
+    that it explains, or by held-out earthquakes.
     """
-    is_unknown = result.diagnosis.outcome is Outcome.UNKNOWN
+    is_unknown = result.diagnosis.outcome is Outcome.UNKNOWN and result.diagnosis.explained.fitted < EARNS
     if result.faults or (is_unknown and not result.earthquakes.held_out):
         return 0
     count = 0

@@ -143,29 +143,31 @@ def resembling(steps: Sequence[Step]) -> Iterator[str]:
         steps: of these effects, which earned no name.
     """
     for step in steps:
-        yield f"It resembles {titled(step.chosen.effect)}, which is not the cause itself{_taking(step.worth)}."
+        yield f"It resembles {titled(step.chosen.effect)}, which is not the cause itself."
+        if step.worth is None:
+            continue
+        fitted, held_out = percent(max(step.worth.fitted, 0.0)), step.worth.held_out
+        if held_out is None:
+            yield f"{_capital(step.chosen.effect)} takes {fitted} of the excess error where it was fitted."
+        else:
+            yield (
+                f"{_capital(step.chosen.effect)} takes {fitted} of the excess error where it was fitted and "
+                f"{percent(max(held_out, 0.0))} on held-out earthquakes."
+            )
 
 
-def _taking(taken: Worth | None) -> str:
-    if taken is None:
-        return ""
-    outside = "" if taken.held_out is None else f" and {percent(max(taken.held_out, 0.0))} on held-out earthquakes"
-    return f": it takes {percent(max(taken.fitted, 0.0))} of the excess error where it was fitted{outside}"
-
-
-def unexplained_share(taken: Worth, added: int) -> str:
+def unexplained_share(taken: Worth) -> str:
     """The share of the excess error that remains unexplained.
 
     Args:
         taken: the share that the added effects take.
-        added: their number.
     """
-    effects = {0: "No effect explains it", 1: "With this effect"}.get(added, "With these effects")
     fitted = percent(1 - taken.fitted)
-    outside = "" if taken.held_out is None else f" and {percent(1 - taken.held_out)} on held-out earthquakes"
+    if taken.held_out is None:
+        return f"Of the excess error (its power beyond the noise), {fitted} is unexplained where it was fitted."
     return (
-        f"{effects}: {fitted} of the excess error (the power of the error beyond the noise) is unexplained where it "
-        f"was fitted{outside}."
+        f"Of the excess error (its power beyond the noise), {fitted} is unexplained where it was fitted and "
+        f"{percent(1 - taken.held_out)} on held-out earthquakes."
     )
 
 

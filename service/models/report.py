@@ -67,7 +67,7 @@ def diagnosis(done: Work[DiagnosisResult]) -> Document:
         paragraph(result.text),
         _without_last(candidate_table(result, result.candidates[:BRIEF])),  # the text has the remarks that matter
         *version_tables(versions, result.earthquakes),
-        *([_brief_values(done.model)] if result.diagnosis.named else []),
+        *([_brief_values(done.model)] if result.diagnosis.steps else []),
         notes(_unused(result.earthquakes.unused)),
     )
     return Document(f"{_subject(given)}: {', '.join(given.isolator.effects)}", parts)

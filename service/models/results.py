@@ -311,7 +311,9 @@ class DiagnosisDocument(Findings, Head):
     """A diagnosis of a model."""
 
     outcome: str | None = Field(description="See `DiagnosisRow`.")
-    model: ModelValues | None = Field(description="With the missing effects; null where no record could be used.")
+    model: ModelValues | None = Field(
+        description="With the last version's effects; null where no record could be used."
+    )
     explanation: str
 
 

@@ -11,6 +11,7 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.missing_effects import Outcome, diagnosed
+from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 
 OFFERED = ("friction", "hardening", "mullins", "power_viscous", "second_hysteresis", "moat", "heating")
@@ -114,3 +115,51 @@ def test_what_no_effect_can_do_is_flagged() -> None:
     diagnosis = diagnosed(seen, FAR, OFFERED)
     assert diagnosis.unexplained.is_there
     assert diagnosis.outcome is Outcome.UNKNOWN
+    assert diagnosis.named == ()
+    assert diagnosis.explained.fitted < 0.5
+
+
+def strange(truth: Isolator, size: float) -> tuple[Observation, ...]:
+    """Observations with a force that waves with displacement, of so many N, besides."""
+    waving = lambda one: size * np.sin(one.layer.displacement / 0.004)  # noqa: E731
+    seen = observations(truth, 0.01, 9)
+    return tuple(replace(one, layer=replace(one.layer, force=one.layer.force + waving(one))) for one in seen)
+
+
+def test_an_effect_that_takes_a_little_of_a_large_error_has_no_name_however_certain_it_is() -> None:
+    """Hardening is there, and takes less than half of the excess error."""
+    truth = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 6e10, "k5": 0.0}})
+    diagnosis = diagnosed(strange(truth, 4e6), BOUC_WEN, ("hardening", "friction"))
+    best = diagnosis.first.supported[0]
+    assert best.effect == "hardening"
+    assert diagnosis.outcome is Outcome.UNKNOWN
+    assert diagnosis.resembles == ("hardening",)
+    assert not diagnosis.steps
+
+
+def test_an_effect_that_another_earthquake_does_not_show_has_no_name() -> None:
+    """The strong one, which is held out, had a layer without hardening."""
+    hard = observations(Isolator({**BOUC_WEN.effects, "hardening": HIDDEN["hardening"]}), 0.01, 7)
+    plain = observations(BOUC_WEN, 0.01, 7)
+    named = diagnosed(hard[::2], BOUC_WEN, OFFERED, held_out=hard[1:2])
+    assert [step.chosen.effect for step in named.named] == ["hardening"]
+    assert named.steps[0].worth is not None
+    assert named.steps[0].worth.held_out == pytest.approx(1.0, abs=0.05)
+    refuted = diagnosed(hard[::2], BOUC_WEN, OFFERED, held_out=plain[1:2])
+    assert refuted.outcome is Outcome.UNKNOWN
+    assert (refuted.named, refuted.resembles) == ((), ("hardening",))
+    worth = refuted.idle[0].worth
+    assert worth is not None
+    assert worth.fitted > 0.9
+    assert worth.held_out is not None
+    assert worth.held_out < 0
+
+
+def test_an_effect_that_leaves_many_times_the_noise_gives_its_family_at_most() -> None:
+    diagnosis = diagnosed(
+        strange(Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e11, "k5": 0.0}}), 8e5), BOUC_WEN, OFFERED[:4]
+    )
+    assert diagnosis.unexplained.noise_ratio > 3
+    assert diagnosis.explained.fitted > 0.9
+    assert diagnosis.outcome is Outcome.FAMILY
+    assert [step.chosen.effect for step in diagnosis.named] == ["hardening"]

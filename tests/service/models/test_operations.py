@@ -6,6 +6,7 @@ from dataclasses import replace
 from io import StringIO
 from typing import Any
 
+import numpy as np
 import orjson
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -16,6 +17,7 @@ from synthetic_observations import BOUC_WEN, observations
 from core.diagnosis.missing_effects import LOWERS, Outcome
 from core.diagnosis.ranking import Dropped
 from core.diagnosis.sensor_faults import BuildingFault, Cause
+from core.diagnosis.worth import NoiseRatios, worth
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.workbench.diagnosing import DiagnosisResult
@@ -77,6 +79,11 @@ def test_the_document_names_the_effect_with_its_evidence(document: dict[str, Any
     assert document["set"] == ["hardening"]
     assert [step["effect"] for step in document["steps"]] == ["hardening"]
     assert document["unknown_flag"] is False
+    assert document["resembles"] == []
+    assert document["unexplained"]["of_excess"] == pytest.approx(0.0, abs=0.02)
+    assert document["unexplained"]["of_excess_held_out"] == pytest.approx(0.0, abs=0.02)
+    assert document["steps"][0]["share"] == pytest.approx(1.0, abs=0.02)
+    assert document["steps"][0]["share_held_out"] == pytest.approx(1.0, abs=0.02)
     first = document["candidates"][0]
     assert (first["effect"], first["family"], first["plausible"]) == ("hardening", EFFECTS["hardening"].family, True)
     assert first["delta_bic"] < -10
@@ -159,7 +166,10 @@ def test_sentences_agree_with_the_numbers(
     assert any("does not lower the error enough to be kept" in one for one in printed) == (
         not is_worth_it and not helps_elsewhere
     )
-    assert ("The nearest known effect is Hardening" in text) == (10**others < LOWERS and not first.implausible)
+    assert "It resembles Hardening" in text
+    nameless = replace(found.diagnosis, outcome=Outcome.UNKNOWN, steps=())
+    nearest = " ".join(replace(found, diagnosis=nameless, stages=()).text)
+    assert ("The nearest known effect is Hardening" in nearest) == (10**others < LOWERS and not first.implausible)
 
 
 @pytest.mark.parametrize(
@@ -170,6 +180,31 @@ def test_an_effect_is_kept_that_lowers_the_error_where_it_was_fitted_or_elsewher
 ) -> None:
     before = hard.result.versions[1]
     assert lowers(before, errs(before, fitted, left_out), hard.result.earthquakes) == is_kept
+
+
+def test_something_unknown_has_no_name_but_what_is_nearest_and_how_much_is_unexplained(
+    hard: Work[DiagnosisResult],
+) -> None:
+    """Hardening leaves 60 % of the excess error where it was fitted, and 80 % on the held-out earthquake."""
+    found, before = hard.result, hard.result.diagnosis.ratios_before
+    out = before.held_out
+    assert out is not None
+    left = [float(np.sqrt(1 + share * (one**2 - 1))) for share, one in ((0.6, before.fitted), (0.8, out))]
+    after = NoiseRatios(*left)
+    (step,) = found.diagnosis.steps
+    step = replace(step, worth=worth(before, after))
+    unknown = replace(found.diagnosis, outcome=Outcome.UNKNOWN, steps=(step,), ratios_after=after)
+    done = replace(hard, result=replace(found, diagnosis=unknown))
+    document = through_json(as_json(documents.diagnosis(done)))
+    assert (document["outcome"], document["set"], document["steps"]) == ("unknown", [], [])
+    assert document["resembles"] == ["hardening"]
+    assert document["unexplained"]["of_excess"] == pytest.approx(0.6)
+    assert document["unexplained"]["of_excess_held_out"] == pytest.approx(0.8)
+    for made in (page(report.diagnosis_file(done)), document["explanation"]):
+        assert "is missing." not in made
+        assert "It resembles Hardening" in made
+        assert "takes 40.0 % of the excess error where it was fitted and 20.0 % on held-out earthquakes" in made
+        assert "60.0 % is unexplained where it was fitted and 80.0 % on held-out earthquakes" in made
 
 
 def test_an_impossible_effect_is_never_the_nearest_nor_stated_to_help(diagnosed: DiagnosisResult) -> None:
