@@ -13,7 +13,7 @@ from threading import Lock
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.effect import RESULTS, YIELDED
+from core.effect import KINDS, RESULTS, YIELDED
 from core.effects import EFFECTS
 from core.fitting.noise import force_noise
 from core.fitting.observation import Observation
@@ -81,11 +81,12 @@ def _coupled(one: str, other: str) -> bool:
 
 
 def _heeds(reader: str, other: str) -> bool:
-    """True if one effect reads a channel or state that the other sets."""
-    needs, acting = EFFECTS[reader].needs, EFFECTS[other]
-    if acting.publishes is not None and YIELDED in needs:
+    """True if one effect reads, or is scaled by, a channel or state that the other sets."""
+    reading, acting = EFFECTS[reader], EFFECTS[other]
+    if acting.publishes is not None and YIELDED in reading.needs:
         return True
-    return acting.acts_on not in RESULTS and acting.acts_on in needs
+    scales = KINDS[reading.kind] if reading.kind else ()
+    return acting.acts_on not in RESULTS and acting.acts_on in (*reading.needs, *scales)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,6 +17,8 @@ from core.model.isolator import Isolator
         (("elastic", "viscous", "bouc_wen"), {("elastic",), ("viscous",), ("bouc_wen",)}),
         (("elastic", "bouc_wen", "heating"), {("elastic",), ("bouc_wen", "heating")}),
         (("elastic", "bouc_wen", "temperature_stiffness", "friction"), {("bouc_wen",), ("friction",)}),
+        (("elastic", "viscous", "temperature_stiffness"), {("elastic", "temperature_stiffness"), ("viscous",)}),
+        (("elastic", "friction", "vertical_load"), {("elastic",), ("friction", "vertical_load")}),
     ],
 )
 def test_effects_fall_into_groups_that_know_nothing_of_each_other(
