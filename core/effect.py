@@ -1,5 +1,6 @@
 """Definition of an isolator effect: its law, its parameters and its meaning."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from inspect import signature
@@ -9,6 +10,8 @@ from typing import Any
 
 from core.errors import ModelError
 from core.frozen import FrozenDict
+from core.rounding import plain
+from core.units import shown, unit
 
 MOTION = ("u", "v", "u_cross", "v_cross")
 """m and m/s, across the isolator in the direction of the force, and in the other horizontal one."""
@@ -52,6 +55,10 @@ KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 such as lead; of surfaces that slide. An effect on temperature, load or age thus acts on every force of a kind."""
 YIELDED = "yielded"
 """Name under which every law may read the hysteretic variable of the effect that publishes one; 0 if none does."""
+PLACE = re.compile(r"\{(\w+)[^}]*\}")
+"""A parameter's place in an explanation."""
+DIGITS = 3
+"""Digits of a value in an explanation: its uncertainty is not known there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,3 +171,25 @@ class Effect:
             raise ModelError(
                 f"{self.title}: a force of the kind {kind!r} is multiplied by {twice}; leave it to the kind"
             )
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A parameter's value in an explanation: in the unit that engineers read, or by a format the SI number alone."""
+
+    value: float
+    unit: str
+    """SI."""
+
+    def __format__(self, form: str) -> str:
+        if form:
+            return format(self.value, form)
+        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
+
+
+def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
+    """Explanation of an effect with the values of a model; with the parameters' names if there is none."""
+    if values is None:
+        return PLACE.sub(r"\1", effect.explanation)
+    units = {parameter.name: parameter.unit for parameter in effect.parameters}
+    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
+import scipy
 from scipy import linalg
-from scipy.optimize import lsq_linear
 
 from core.arrays import Matrix, Vector
 
@@ -228,7 +228,7 @@ def bounded_least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[f
     size = float(np.linalg.norm(along)) or 1.0
     roots = np.sqrt(np.maximum(values, SMALLEST * values[-1]))
     reduced, wanted = roots[:, None] * vectors.T, along / roots / size
-    solution = lsq_linear(
+    solution = scipy.optimize.lsq_linear(
         reduced,
         wanted,
         (ends[0] / size, ends[1] / size),

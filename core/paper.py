@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
-from scipy.signal import butter, resample_poly, sosfiltfilt
+import scipy
 
 from core.arrays import Vector
 from core.building import ShearBuilding
@@ -61,14 +61,14 @@ def ground_motion(acceleration: Vector, rate: float) -> Vector:
         RecordError: the record is longer than what the lead leaves of DURATION, or the ground does not move in it.
     """
     ratio = Fraction(RATE / rate).limit_denominator(1000)
-    moving = resample_poly(acceleration - acceleration.mean(), ratio.numerator, ratio.denominator)
+    moving = scipy.signal.resample_poly(acceleration - acceleration.mean(), ratio.numerator, ratio.denominator)
     padded, lead = np.zeros(round(DURATION * RATE)), round(LEAD * RATE)
     if moving.size > padded.size - lead:
         raise RecordError(
             f"the ground motion lasts {moving.size / RATE:.4g} s; cut it to its strongest {DURATION - LEAD:g} s or less"
         )
     padded[lead : lead + moving.size] = moving
-    filtered = sosfiltfilt(butter(4, BAND, "bandpass", fs=RATE, output="sos"), padded)
+    filtered = scipy.signal.sosfiltfilt(scipy.signal.butter(4, BAND, "bandpass", fs=RATE, output="sos"), padded)
     peak = np.abs(filtered).max()
     if not peak > 0:
         raise RecordError("the ground does not move in this record; use one with an earthquake")

@@ -42,3 +42,8 @@ def quantity(value: float, si: str, std: float | None = None) -> str:
         std: its standard deviation, in SI units; None or 0 if unknown.
     """
     return with_std(shown(value, si), None if std is None else shown(std, si), unit(si))
+
+
+def percent(share: float) -> str:
+    """A share in percent, to a tenth below 100 %."""
+    return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.arrays import Indices, Matrix, Tensor, Vector
 from core.comparison.compared import ForceComparison
@@ -133,8 +133,8 @@ def _by_octave(one: ForceComparison, edges: Vector) -> Tensor:
     rate, noise = one.observation.rate, one.noise
     length = min(round(WINDOW * rate), one.model.size)
     settings = {"fs": rate, "nperseg": length, "noverlap": length // 2, "detrend": False}
-    frequency, _, error = signal.spectrogram(one.resolved / noise.rms, **settings)
-    force = signal.spectrogram(one.observation.layer.force / noise.rms, **settings)[2]
+    frequency, _, error = scipy.signal.spectrogram(one.resolved / noise.rms, **settings)
+    force = scipy.signal.spectrogram(one.observation.layer.force / noise.rms, **settings)[2]
     octave = np.searchsorted(edges, frequency, side="right") - 1
     within = [octave == number for number in range(edges.size - 1)]
     parts = np.histogram(noise.whitening.frequency, edges, weights=noise.whitening.std**2)[0]

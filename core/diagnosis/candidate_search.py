@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from core.arrays import Matrix, Vector
 from core.effect import LogNormal, Parameter
@@ -95,7 +95,7 @@ def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequenc
     across = np.linalg.qr(unit.T)
     amplitudes = residual @ across.Q
     both = np.flatnonzero(~np.array(one_sided)[there])
-    _, left = nnls(np.hstack([across.R, -across.R[:, both]]), amplitudes)
+    _, left = scipy.optimize.nnls(np.hstack([across.R, -across.R[:, both]]), amplitudes)
     return max(0.0, float(amplitudes @ amplitudes - left**2))
 
 

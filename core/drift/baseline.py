@@ -11,7 +11,7 @@ and on events.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from core.arrays import Matrix, Vector
@@ -127,7 +127,7 @@ class BaselineModel:
             return np.ones((amplitude.size, 1))
         knots = self.knots
         within = np.clip(amplitude, knots[DEGREE], knots[-DEGREE - 1])
-        return np.asarray(BSpline.design_matrix(within, knots, DEGREE).toarray())
+        return np.asarray(scipy.interpolate.BSpline.design_matrix(within, knots, DEGREE).toarray())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,8 +10,8 @@ change.
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from scipy.linalg import cholesky, solve_triangular
-from scipy.stats import t as student
 
 from core.arrays import Indices, Matrix, Vector
 from core.drift.series import SeriesEvent
@@ -146,5 +146,5 @@ def change_size(white: Innovations, pattern: Vector) -> ChangeSize:
     scale = (white.freedom + weight @ residual**2) / (white.freedom + white_pattern.size)
     std = float(np.sqrt(scale / ((weight * white_pattern) @ white_pattern)))
     # Most of the error is that of the level before, whose scatter is known from the reference alone.
-    half = std * float(student.isf((1 - LEVEL) / 2, white.freedom))
+    half = std * float(scipy.stats.t.isf((1 - LEVEL) / 2, white.freedom))
     return ChangeSize(size, std, size - half, size + half)

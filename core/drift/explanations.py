@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from core.arrays import Vector
 from core.drift.change_statistics import change_size
@@ -102,7 +102,7 @@ def _explanation(cause: str, pattern: Vector, size: Vector, std: Vector) -> Expl
     weight = 1 / std**2
     fitted = float((weight * pattern) @ size / ((weight * pattern) @ pattern))
     chi_square = float(weight @ (size - fitted * pattern) ** 2)
-    probability = float(chi2.sf(chi_square, size.size - 1))
+    probability = float(scipy.stats.chi2.sf(chi_square, size.size - 1))
     what = MASS if cause == "mass" else GAIN.format(direction=cause.removeprefix("gain/"))
     template = AGREES if probability >= SIGNIFICANCE else IS_RULED_OUT
     message = template.format(what=what, size=f"{100 * np.expm1(fitted):+.1f}".replace("-", "−"))

@@ -11,7 +11,7 @@ from datetime import datetime
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from core.arrays import Indices, Vector
 from core.drift.alarms import Alarm, printed_change
@@ -123,9 +123,9 @@ def damage(contrast: Contrast, healthy: list[Contrast], typical: float) -> Chang
     freedom = PRIOR_EVENTS + len(healthy)
     std = np.sqrt(contrast.variance + scatter + of_mean + (SOFTENING_STD * contrast.excess) ** 2)
     size = contrast.value - usual
-    if size > -std * student.isf(WITHIN_RATE / HUNDRED, freedom):
+    if size > -std * scipy.stats.t.isf(WITHIN_RATE / HUNDRED, freedom):
         return None
-    half = float(std * student.isf((1 - LEVEL) / 2, freedom))
+    half = float(std * scipy.stats.t.isf((1 - LEVEL) / 2, freedom))
     return ChangeSize(size, float(std), size - half, size + half)
 
 

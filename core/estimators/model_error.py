@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.building import FixedBaseModes, ShearBuilding, fixed_base_modes
@@ -53,8 +53,8 @@ def interpolation_error(superstructure: InstrumentedSuperstructure, weights: Vec
 
 def variance_about(error: Vector, rate: float) -> Vector:
     """(n,) N², mean square of an (n,) error about each instant, at a rate in Hz."""
-    window = signal.windows.hann(max(3, round(ENVELOPE * rate)))
-    return np.asarray(np.maximum(signal.fftconvolve(error**2, window / window.sum(), mode="same"), 0.0))
+    window = scipy.signal.windows.hann(max(3, round(ENVELOPE * rate)))
+    return np.asarray(np.maximum(scipy.signal.fftconvolve(error**2, window / window.sum(), mode="same"), 0.0))
 
 
 def _nearest_chain(

@@ -13,8 +13,7 @@ from math import exp, hypot, log, sqrt
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import t as student
+import scipy
 
 from core.arrays import Vector
 from core.description import BuildingDescription
@@ -211,7 +210,11 @@ class Forecaster:
                 low, at_low, at_high = high - log(2), at_high, over(high)
             else:
                 high, at_high, at_low = low + log(2), at_low, over(low)
-        return exp(brentq(over, low, high, xtol=1e-4)) if at_low < 0 < at_high else exp(low if at_low == 0 else high)
+        return (
+            exp(scipy.optimize.brentq(over, low, high, xtol=1e-4))
+            if at_low < 0 < at_high
+            else exp(low if at_low == 0 else high)
+        )
 
     def _responses(self, model: Isolator, motion: GroundMotion, setting: Setting) -> dict[Direction, Response]:
         directions = [one for one in self.directions if one in motion.accelerations]
@@ -351,7 +354,7 @@ def _peaks(
         ]
         by_values = sqrt(sum(change**2 for change in changes))
         by_model, freedom = own_error(by.experience.misses, quantity, level, amplitude, by.experience.displacement)
-        reach = float(student.ppf((1 + COVERAGE) / 2, freedom)) * hypot(by_values, by_model)
+        reach = float(scipy.stats.t.ppf((1 + COVERAGE) / 2, freedom)) * hypot(by_values, by_model)
         yield Peak(quantity, level, direction, value, value * exp(-reach), value * exp(reach), by_values, by_model)
 
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
+from scipy import linalg
 
 from core.arrays import ComplexVector, Matrix, Vector
 from core.errors import IdentificationError
@@ -86,7 +87,7 @@ def identified_modes(
         raise IdentificationError("a channel does not move; use a record with motion in every channel")
     factor = max(1, round(rate / identification.rate))
     # All channels pass the same anti-alias filter, which therefore does not change the modes.
-    scaled = signal.resample_poly(series / scale, 1, factor, axis=1)
+    scaled = scipy.signal.resample_poly(series / scale, 1, factor, axis=1)
     projection = project(scaled[:1], scaled[1:], identification.block_rows)
     observability = extended_observability(projection, identification.weighting)
     orders = even_orders(identification.largest_order)
@@ -149,7 +150,7 @@ def misfit_increase(eigenvalues: ComplexVector, inputs: Matrix, outputs: Matrix)
         (modes, outputs) misfit without the mode over the misfit with all modes, minus one.
     """
     impulse = np.eye(1, inputs.shape[1])
-    forced = [signal.lfilter([0, 1], [1, -w], np.vstack([inputs, impulse]), axis=1) for w in eigenvalues]
+    forced = [scipy.signal.lfilter([0, 1], [1, -w], np.vstack([inputs, impulse]), axis=1) for w in eigenvalues]
     responses = np.concatenate([part for mode in forced for part in (mode.real, mode.imag)])
     regressors = np.vstack([responses, inputs])
     # One QR factorisation of regressors and outputs removes time from the fits that follow.

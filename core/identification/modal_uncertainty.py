@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
+from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.errors import IdentificationError
@@ -99,7 +100,7 @@ def pole_influence(mode: DiagramPole, observability: ExtendedObservability) -> C
     rows -= (rows @ columns) @ observability.left_inverse[: mode.order]
     instrument = _instrument(projection, observability.combination[:, : mode.order] @ x)
     influence = np.zeros(projection.outputs.shape, dtype=complex)
-    influence[:, r:] = signal.fftconvolve(rows.reshape(r, p).T, instrument[None], axes=1)
+    influence[:, r:] = scipy.signal.fftconvolve(rows.reshape(r, p).T, instrument[None], axes=1)
     return influence
 
 
@@ -117,7 +118,7 @@ def _instrument(projection: Projection, combination: ComplexVector) -> ComplexVe
 
 def _sliding_sum(series: Matrix, weights: ComplexMatrix) -> ComplexVector:
     """(n - length + 1,) weighted sum over every window of (channels, n), with weights of (length, channels)."""
-    return np.asarray(signal.fftconvolve(series, weights[::-1].T, mode="valid", axes=1).sum(axis=0))
+    return np.asarray(scipy.signal.fftconvolve(series, weights[::-1].T, mode="valid", axes=1).sum(axis=0))
 
 
 def _deviation(eigenvalue: complex, moves: ComplexVector, rate: float) -> ModalDeviation | None:

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage, optimize
+import scipy
+from scipy import ndimage
 
 from core.arrays import Matrix, Vector
 from core.identification.errors_in_variables import (
@@ -185,7 +186,7 @@ def _mode(fit: TransferFit, i: int) -> IdentifiedMode:
 def _replaced(modes: Sequence[IdentifiedMode], better: Sequence[IdentifiedMode]) -> tuple[IdentifiedMode, ...]:
     """The refinement of each mode, or the mode itself if it has none."""
     distance = np.array([[_distance(mode, other) for other in better] for mode in modes])
-    rows, columns = optimize.linear_sum_assignment(distance)
+    rows, columns = scipy.optimize.linear_sum_assignment(distance)
     result = list(modes)
     for row, column in zip(rows, columns, strict=True):
         if distance[row, column] < 1:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
+from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.errors import IdentificationError
@@ -142,7 +143,7 @@ class StateSpace:
         forcing = np.hstack([self.initial_state[:, None], self.B @ inputs[:, :-1]])
         modal = np.linalg.inv(vectors) @ forcing
         for mode, w in zip(modal, eigenvalues, strict=True):
-            mode[:] = signal.lfilter([1], [1, -w], mode)
+            mode[:] = scipy.signal.lfilter([1], [1, -w], mode)
         return np.asarray(((self.C @ vectors) @ modal).real + self.D @ inputs)
 
 
@@ -182,9 +183,9 @@ def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace
 
 def _modal_responses(eigenvalues: ComplexVector, inputs: Matrix) -> ComplexMatrix:
     """(n, (m + 1) modes) response of each mode to each input, and to a unit initial state."""
-    forced = [[signal.lfilter([0, 1], [1, -w], u) for w in eigenvalues] for u in inputs]
+    forced = [[scipy.signal.lfilter([0, 1], [1, -w], u) for w in eigenvalues] for u in inputs]
     impulse = np.eye(1, inputs.shape[1])[0]
-    free = [signal.lfilter([1], [1, -w], impulse) for w in eigenvalues]
+    free = [scipy.signal.lfilter([1], [1, -w], impulse) for w in eigenvalues]
     return np.array([*forced, free]).reshape(-1, inputs.shape[1]).T
 
 

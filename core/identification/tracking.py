@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from core.arrays import Matrix, Vector
 from core.identification.modes import Mode
@@ -107,7 +107,9 @@ def _assigned(modes: Sequence[Mode], expected: Sequence[_Expected]) -> list[int 
     squares = _squared_distances(modes, expected)
     # A mode may also start a new track, at the cost of the largest distance that still matches.
     alone = np.where(np.eye(len(modes), dtype=bool), GATE**2, np.inf)
-    rows, columns = optimize.linear_sum_assignment(np.hstack([np.where(squares < GATE**2, squares, np.inf), alone]))
+    rows, columns = scipy.optimize.linear_sum_assignment(
+        np.hstack([np.where(squares < GATE**2, squares, np.inf), alone])
+    )
     places: list[int | None] = [None] * len(modes)
     for row, column in zip(rows, columns, strict=True):
         places[row] = int(column) if column < len(expected) else None

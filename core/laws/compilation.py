@@ -11,8 +11,6 @@ from inspect import getsource
 from types import FunctionType
 from typing import Any
 
-from numba import njit
-
 from core.effect import Effect
 
 OPTIONS: Mapping[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
@@ -22,9 +20,16 @@ UNCOUNTED: Mapping[str, Any] = {**OPTIONS, "_nrt": False, "nogil": True}
 """For kernels that make no array. Numba's compiler removes the counting of references to arrays from a loop only up to
 a size of its body, which the tangents of all laws exceed: counting took five times as long as the computation."""
 
-jitted = njit(**OPTIONS)
-inlined = njit(**OPTIONS, inline="always")
-"""For functions called in a kernel's innermost loop: passing ten arrays would take longer than the computation."""
+
+def jitted(function: Callable[..., Any]) -> Any:  # noqa: ANN401  untyped
+    """The function, compiled at its first call."""
+    return _njit(**OPTIONS)(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:  # noqa: ANN401  untyped
+    """The same, for functions called in a kernel's innermost loop: passing ten arrays would take longer than the
+    computation."""
+    return _njit(**OPTIONS, inline="always")(function)
 
 
 def bound(function: Callable[..., Any], **names: Any) -> FunctionType:  # noqa: ANN401  whatever it calls
@@ -45,9 +50,9 @@ def cached(function: FunctionType, digest: str, options: Mapping[str, Any] = OPT
     """
     function.__qualname__ = f"{function.__name__}_{digest}"
     try:
-        return njit(**options, cache=True)(function)
+        return _njit(**options, cache=True)(function)
     except RuntimeError:  # Numba found no writable folder
-        return njit(**options)(function)
+        return _njit(**options)(function)
 
 
 def digest(effects: Mapping[str, Effect], *sources: str) -> str:
@@ -59,3 +64,10 @@ def digest(effects: Mapping[str, Effect], *sources: str) -> str:
         numbers = {n: v for n in law.__code__.co_names if isinstance(v := law.__globals__.get(n), int | float)}
         texts += [name, getsource(law), repr(sorted(numbers.items()))]
     return sha256("\0".join(texts).encode()).hexdigest()[:24]
+
+
+def _njit(**options: Any) -> Any:  # noqa: ANN401  untyped
+    """Numba's decorator; only who compiles waits for Numba's import."""
+    from numba import njit
+
+    return njit(**options)

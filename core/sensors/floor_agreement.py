@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.signal.windows import hann
+import scipy
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.optimisation import scaled_inverse
@@ -113,7 +112,7 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         frequency, damping = np.exp(unknown[:2]).tolist()
         return _residual(lines, columns(frequency, damping), unknown[2:].reshape(-1, PER_FLOOR))
 
-    solution = least_squares(residual, start, x_scale="jac", method="lm")
+    solution = scipy.optimize.least_squares(residual, start, x_scale="jac", method="lm")
     left = 2 * solution.cost / max(1, solution.fun.size - solution.x.size)
     covariance = scaled_inverse(solution.jac.T @ solution.jac)
     gains = solution.x[2::PER_FLOOR]
@@ -127,7 +126,7 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
 
 
 def _begins_at_rest(samples: Matrix, noise: Vector, rate: float) -> bool:
-    window = np.sum(hann(samples.shape[1], sym=False) ** 2)
+    window = np.sum(scipy.signal.windows.hann(samples.shape[1], sym=False) ** 2)
     first = samples[:, : round(BEGINNING * rate)].std(axis=1)
     return bool((first < AT_REST * samples.std(axis=1) + 2 * np.sqrt(noise / window)).all())
 
@@ -135,7 +134,7 @@ def _begins_at_rest(samples: Matrix, noise: Vector, rate: float) -> bool:
 def _lines(base: Vector, floors: Matrix, rate: float) -> _Lines:
     count = base.size
     frequency: Vector = np.asarray(np.fft.rfftfreq(count, 1 / rate), dtype=float)
-    window = hann(count, sym=False)
+    window = scipy.signal.windows.hann(count, sym=False)
     spectra = np.fft.rfft(window * np.vstack([base, floors]), axis=1)
     bend = -np.fft.rfft(window * np.gradient(np.gradient(base)) * rate**2)
     noise = noise_density(np.vstack([base, floors]), rate) * rate / 2 * np.sum(window**2)
@@ -151,7 +150,7 @@ def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
     f = np.arange(count + 1) / (2 * lines.duration)
     transfer = f**2 / (frequency**2 - f**2 + 2j * damping * frequency * f)
     history = np.fft.irfft(lines.excitation * transfer, 2 * count)[:count]
-    spectrum = np.fft.rfft(hann(count, sym=False) * history)
+    spectrum = np.fft.rfft(scipy.signal.windows.hann(count, sym=False) * history)
     first = round(lines.frequency[0] * lines.duration)
     return np.asarray(spectrum[first : first + lines.frequency.size])
 

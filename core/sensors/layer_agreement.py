@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.description import BuildingDescription
@@ -96,7 +96,7 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
     """
     density = noise_density(np.array([displacement, base, ground]), rate) * rate / 2
     time = _time(displacement.size, rate)
-    sides = [CubicSpline(time, own) for own in (base, ground)]
+    sides = [scipy.interpolate.CubicSpline(time, own) for own in (base, ground)]
     errors = np.zeros(6)
     for band in BANDS:
         for _ in range(ROUNDS):
@@ -131,7 +131,7 @@ def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) ->
     posterior = prior @ np.linalg.solve(prior + agreement.covariance, agreement.value)
     time = _time(base.size, rate)
     corrected = [
-        np.exp(-gain) * CubicSpline(time, own)(np.clip(time + delay + slow * time, time[0], time[-1]))
+        np.exp(-gain) * scipy.interpolate.CubicSpline(time, own)(np.clip(time + delay + slow * time, time[0], time[-1]))
         for own, (gain, delay, slow) in zip((base, ground), posterior.reshape(2, 3), strict=True)
     ]
     return corrected[0], corrected[1]
@@ -139,7 +139,7 @@ def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) ->
 
 def _lines(
     displacement: Vector,
-    sides: Sequence[CubicSpline],
+    sides: Sequence["scipy.interpolate.CubicSpline"],
     errors: Vector,
     density: Vector,
     rate: float,

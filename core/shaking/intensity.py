@@ -4,8 +4,7 @@ The agency determines both at its own stations on the ground; values from anothe
 """
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.signal import butter, sosfilt
+import scipy
 
 from core.arrays import Matrix, Vector
 from core.shaking.oscillators import DAMPING, oscillator_motion
@@ -54,7 +53,7 @@ def long_period_velocity(acceleration: Matrix, rate: float) -> float:
         rate: Hz.
     """
     slow = without_slow_motion(acceleration, rate)
-    ground = cumulative_trapezoid(slow, dx=1 / rate, initial=0.0)
+    ground = scipy.integrate.cumulative_trapezoid(slow, dx=1 / rate, initial=0.0)
     each = (oscillator_motion(slow, rate, 2 * np.pi / period, DAMPING)[1] for period in PERIODS)
     return max(float(np.linalg.norm(ground + relative, axis=0).max()) for relative in each)
 
@@ -66,8 +65,8 @@ def long_period_class(velocity: float) -> int:
 
 def without_slow_motion(acceleration: Matrix, rate: float) -> Matrix:
     """(components, n) m/s² without what is slower than 20 s, of which an accelerometer records its own drift."""
-    sections = butter(2, 1 / SLOWEST, "highpass", fs=rate, output="sos")
-    return np.asarray(sosfilt(sections, acceleration, axis=-1))
+    sections = scipy.signal.butter(2, 1 / SLOWEST, "highpass", fs=rate, output="sos")
+    return np.asarray(scipy.signal.sosfilt(sections, acceleration, axis=-1))
 
 
 def _intensity_filter(frequency: Vector) -> Vector:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+import scipy
 
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
@@ -73,7 +73,7 @@ def significant_duration(acceleration: Matrix, rate: float) -> float:
         acceleration: (components, n) m/s².
         rate: Hz.
     """
-    energy = cumulative_trapezoid(np.sum(acceleration**2, axis=0), dx=1 / rate, initial=0.0)
+    energy = scipy.integrate.cumulative_trapezoid(np.sum(acceleration**2, axis=0), dx=1 / rate, initial=0.0)
     first, last = np.searchsorted(energy, np.array(SIGNIFICANT) * energy[-1])
     return float(last - first) / rate
 
@@ -91,7 +91,7 @@ def _measures(level: str, is_ground: bool, every: Mapping[Direction, Vector], ra
         is_below_isolators=is_ground,
         components=tuple(every),
         pga=float(np.abs(horizontal).max()),
-        pgv=float(np.abs(cumulative_trapezoid(slow, dx=1 / rate, initial=0.0)).max()),
+        pgv=float(np.abs(scipy.integrate.cumulative_trapezoid(slow, dx=1 / rate, initial=0.0)).max()),
         intensity=instrumental_intensity(np.array(list(every.values())), rate),
         long_period_velocity=long_period_velocity(horizontal, rate),
         arias=max(arias_intensity(one, rate) for one in horizontal),

@@ -4,8 +4,7 @@ Nigam and Jennings (1969), as one recursive filter per oscillator. `eqsig` takes
 """
 
 import numpy as np
-from scipy import linalg
-from scipy.signal import lfilter
+import scipy
 
 from core.arrays import Matrix, Vector
 from core.signals.conditioning import Samples
@@ -34,8 +33,8 @@ def oscillator_motion(
     before, now = inputs.T
     numerators = np.column_stack([now, before + others @ now, others @ before])
     denominator = [1.0, -trace, determinant]
-    displacement: Samples = lfilter(numerators[0], denominator, acceleration)
-    velocity: Samples = lfilter(numerators[1], denominator, acceleration)
+    displacement: Samples = scipy.signal.lfilter(numerators[0], denominator, acceleration)
+    velocity: Samples = scipy.signal.lfilter(numerators[1], denominator, acceleration)
     return displacement, velocity
 
 
@@ -58,6 +57,6 @@ def _step(rate: float, angular_frequency: float, damping_ratio: float) -> tuple[
     system[0, 1] = 1.0
     system[1] = [-(angular_frequency**2), -2 * damping_ratio * angular_frequency, -1.0, 0.0]
     system[2, 3] = rate
-    over = linalg.expm(system / rate)
+    over = scipy.linalg.expm(system / rate)
     slope = over[:2, 3]
     return over[:2, :2], np.column_stack([over[:2, 2] - slope, slope])

@@ -4,7 +4,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 import numpy as np
-from scipy.signal import butter, kaiser_beta, sosfiltfilt, sosfreqz, upfirdn
+import scipy
 
 from core.arrays import Matrix, Vector
 from core.errors import RecordError
@@ -83,18 +83,18 @@ def band_passed(samples: Samples, rate: float, band: tuple[float, float]) -> Sam
         raise RecordError(
             f"a record of {seconds:.3g} s is too short for {low:g} Hz; it must be longer than {margin / rate:.3g} s"
         )
-    filtered: Samples = sosfiltfilt(_sections(rate, band), samples, axis=-1, padlen=margin)
+    filtered: Samples = scipy.signal.sosfiltfilt(_sections(rate, band), samples, axis=-1, padlen=margin)
     return filtered
 
 
 def passed_share(frequency: Vector, rate: float, band: tuple[float, float]) -> Vector:
     """(k,) factor by which `band_passed` multiplies components at these frequencies in Hz."""
-    _, once = sosfreqz(_sections(rate, band), frequency, fs=rate)
+    _, once = scipy.signal.sosfreqz(_sections(rate, band), frequency, fs=rate)
     return np.asarray(np.abs(once) ** 2)
 
 
 def _sections(rate: float, band: tuple[float, float]) -> Matrix:
-    return np.asarray(butter(4, band, "bandpass", fs=rate, output="sos"))
+    return np.asarray(scipy.signal.butter(4, band, "bandpass", fs=rate, output="sos"))
 
 
 def resampled(samples: Vector, rate: float, new_rate: float, delay: float = 0.0) -> Vector:
@@ -142,7 +142,7 @@ def _filter(up: int, down: int, fraction: float) -> tuple[Vector, int]:
     width = (1 - PASSED) * nyquist
     half = down * int(np.ceil((ATTENUATION - 7.95) / (2.285 * np.pi * width) / 2 / down))
     position = np.arange(-half, half + 1) + fraction * up
-    beta = kaiser_beta(ATTENUATION)
+    beta = scipy.signal.kaiser_beta(ATTENUATION)
     window = np.i0(beta * np.sqrt(np.clip(1 - (position / (half + 1)) ** 2, 0, None))) / np.i0(beta)
     cutoff = nyquist - width / 2
     taps = cutoff * np.sinc(cutoff * position) * window
@@ -153,4 +153,4 @@ def _filtered(samples: Vector, taps: Vector, centre: int, up: int, down: int) ->
     """Output of the filter, its first sample at the first given one."""
     margin = down * -(-2 * centre // (up * down))  # a multiple of `down`, as the centre is, which keeps the instants
     padded = np.pad(samples, margin, mode="reflect", reflect_type="odd")
-    return np.asarray(upfirdn(taps, padded, up, down)[(margin * up + centre) // down :])
+    return np.asarray(scipy.signal.upfirdn(taps, padded, up, down)[(margin * up + centre) // down :])

@@ -1,7 +1,8 @@
 """Noise of sensors estimated from the record itself: white noise, drift and flicker; and the band clear of noise."""
 
 import numpy as np
-from scipy import ndimage, signal
+import scipy
+from scipy import ndimage
 
 from core.arrays import ComplexMatrix, Mask, Matrix, Vector
 from core.errors import RecordError
@@ -93,7 +94,7 @@ def _quiet_spectra(samples: Matrix, rate: float) -> tuple[Vector, Matrix, MaskMa
     if samples.shape[1] < FEWEST_WINDOWS * length:
         seconds = samples.shape[1] / rate
         raise RecordError(f"a record of {seconds:.3g} s is too short to estimate the noise; 10 s are needed")
-    frequency, _, spectra = signal.spectrogram(samples, rate, nperseg=length, noverlap=length // 2, window="hann")
+    frequency, _, spectra = scipy.signal.spectrogram(samples, rate, nperseg=length, noverlap=length // 2, window="hann")
     density = np.array([_quiet_density(spectrum, _high(frequency, rate)) for spectrum in spectra])
     loud = np.quantile(density[:, _high(frequency, rate)], 0.75, axis=1, keepdims=True)
     return frequency, density, density >= FILTERED_AWAY * loud

@@ -23,11 +23,12 @@ from core.model.first_model import first_model
 from core.model.isolator import Isolator
 from core.rounding import plain
 from core.tables import Table, report
+from core.units import percent
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
-from core.workbench.tables import Deviations, gain, percent, values_table, version_tables
+from core.workbench.tables import Deviations, gain, values_table, version_tables
 from core.workbench.texts import (
     evidence,
     lowers_error,

@@ -12,6 +12,7 @@ from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.ranking import DECISIVE, ranked
 from core.diagnosis.worth import EARNS
+from core.effect import explained
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
@@ -26,7 +27,6 @@ from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, la
 from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
 from core.workbench.fitting import deviations, fit_sentences, readable
 from core.workbench.tables import Deviations, gain, values_table, version_tables
-from core.workbench.texts import explained
 
 ROUNDS = 3
 """Diagnoses at most. A choice."""

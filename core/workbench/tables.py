@@ -11,7 +11,7 @@ from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.rounding import apart, plain
 from core.tables import Table
-from core.units import shown, unit
+from core.units import percent, shown, unit
 from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, ModelErrors, Version, helps
 
 Deviations = Mapping[str, Mapping[str, float]]
@@ -61,11 +61,6 @@ def _written(value: float, std: float | None) -> tuple[str, str]:
         return plain(value), "0"
     number, spread = apart(value, std)
     return number, f"± {spread}"
-
-
-def percent(share: float) -> str:
-    """A share in percent, to a tenth below 100 %."""
-    return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"
 
 
 def version_tables(versions: Sequence[Version], earthquakes: Earthquakes) -> tuple[Table, ...]:

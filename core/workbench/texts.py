@@ -1,8 +1,6 @@
 """Sentences about one effect: its explanation, the error without and with it, and that it is missing."""
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
@@ -11,19 +9,16 @@ from core.diagnosis.plausibility import implausible
 from core.diagnosis.ranking import DECISIVE
 from core.diagnosis.unexplained import STRUCTURED, Unexplained
 from core.diagnosis.worth import Worth
-from core.effect import Effect
+from core.effect import explained
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.rounding import plain
-from core.units import shown, unit
+from core.units import percent
 from core.workbench.candidates import Stage
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, helps
-from core.workbench.tables import percent
 
-PLACE = re.compile(r"\{(\w+)[^}]*\}")
-"""A parameter's place in an explanation."""
 DIGITS = 3
-"""Digits of an error or a value in a sentence: its uncertainty is not known there."""
+"""Digits of an error in a sentence: its uncertainty is not known there."""
 HINTS: Mapping[str, str] = MappingProxyType(
     {
         "temperature": "records at temperatures 10 °C apart or more",
@@ -33,28 +28,6 @@ HINTS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Records that separate effects, by what their laws need."""
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A parameter's value in an explanation: in the unit that engineers read, or by a format the SI number alone."""
-
-    value: float
-    unit: str
-    """SI."""
-
-    def __format__(self, form: str) -> str:
-        if form:
-            return format(self.value, form)
-        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
-
-
-def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
-    """Explanation of an effect with the values of a model; with the parameters' names if there is none."""
-    if values is None:
-        return PLACE.sub(r"\1", effect.explanation)
-    units = {parameter.name: parameter.unit for parameter in effect.parameters}
-    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})
 
 
 def titled(effect: str) -> str:

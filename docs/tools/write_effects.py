@@ -6,9 +6,8 @@ from pathlib import Path
 import altair as alt
 import numpy as np
 
-from core.effect import CHANNELS, KINDS, Effect, LogNormal, Parameter
+from core.effect import CHANNELS, KINDS, PLACE, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from core.workbench.texts import PLACE
 from service.models.effect_loops import ALONE, AMPLITUDE, WITH, WITHOUT, loops, usual_values
 from service.models.effects import families, law
 

@@ -11,9 +11,9 @@ from datetime import datetime, timedelta
 from fractions import Fraction
 
 import numpy as np
+import scipy
 from obspy import UTCDateTime
 from obspy.core.event import Event, EventDescription, Origin, ResourceIdentifier
-from scipy.signal import butter, resample_poly, sosfiltfilt
 
 from core.arrays import Matrix, Vector
 from service import akt013
@@ -70,9 +70,11 @@ def prepared(motion: GroundMotion, rate: float, before: float, after: float) -> 
     """
     ratio = Fraction(rate / motion.rate).limit_denominator(1000)
     moving = motion.acceleration - motion.acceleration.mean(axis=1, keepdims=True)
-    moving = resample_poly(moving, ratio.numerator, ratio.denominator, axis=1)
+    moving = scipy.signal.resample_poly(moving, ratio.numerator, ratio.denominator, axis=1)
     resting = np.pad(moving, ((0, 0), (round(before * rate), round(after * rate))))
-    return np.asarray(sosfiltfilt(butter(2, BAND, "bandpass", fs=rate, output="sos"), resting, axis=1))
+    return np.asarray(
+        scipy.signal.sosfiltfilt(scipy.signal.butter(2, BAND, "bandpass", fs=rate, output="sos"), resting, axis=1)
+    )
 
 
 def _akt013() -> GroundMotion:

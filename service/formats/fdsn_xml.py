@@ -4,13 +4,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from io import BytesIO
-
-import obspy
-from obspy.core.inventory import Channel
+from typing import TYPE_CHECKING
 
 from service.formats.format_errors import FormatError
 from service.formats.trace import Contents
 from service.formats.units import Gain, unit_gain
+
+if TYPE_CHECKING:  # it takes long to import, and is imported where such a file is read
+    import obspy
+    from obspy.core.inventory import Channel
 
 
 def is_stationxml(data: bytes) -> bool:
@@ -23,6 +25,8 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
 
     Only the overall sensitivity is applied: structural sensors are flat from 0 Hz to far above the modes.
     """
+    import obspy
+
     try:
         inventory = obspy.read_inventory(BytesIO(data), format="STATIONXML")
     except MemoryError:
@@ -48,14 +52,14 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
     return Contents("station", gains=kept, remarks=tuple(remarks.values()))
 
 
-def _channels(inventory: obspy.Inventory) -> Iterator[tuple[str, Channel]]:
+def _channels(inventory: "obspy.Inventory") -> Iterator[tuple[str, "Channel"]]:
     for network in inventory:
         for station in network:
             for channel in station:
                 yield f"{network.code}.{station.code}.{channel.location_code}.{channel.code}", channel
 
 
-def _gain(channel: Channel) -> Gain:
+def _gain(channel: "Channel") -> Gain:
     sensitivity = channel.response.instrument_sensitivity if channel.response is not None else None
     if sensitivity is None or not sensitivity.value:
         raise FormatError("no instrument sensitivity; give InstrumentSensitivity with Value and InputUnits")
@@ -77,6 +81,8 @@ def origins(data: bytes) -> tuple[Origin, ...]:
     Raises:
         FormatError: ObsPy cannot read it.
     """
+    import obspy
+
     try:
         catalog = obspy.read_events(BytesIO(data), format="QUAKEML")
         origins = [Origin(str(event.resource_id), _origin_time(event)) for event in catalog if event.origins]
@@ -87,7 +93,7 @@ def origins(data: bytes) -> tuple[Origin, ...]:
     return tuple(sorted(origins, key=lambda origin: origin.time))
 
 
-def _origin_time(earthquake: obspy.core.event.Event) -> datetime:
+def _origin_time(earthquake: "obspy.core.event.Event") -> datetime:
     origin = earthquake.preferred_origin() or earthquake.origins[0]
     time: datetime = origin.time.datetime
     return time.replace(tzinfo=UTC)

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from io import BytesIO
 from threading import Lock
+from typing import TYPE_CHECKING
 
 import numpy as np
-import obspy
 
 from service.formats.format_errors import FormatError, UnknownUnitError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain
+
+if TYPE_CHECKING:  # it takes long to import, and is imported where such a file is read
+    import obspy
 
 MINISEED = re.compile(rb"[0-9 \x00]{6}[DRQM][ \x00]")
 SAC_VERSION_AT = 304  # byte of NVHDR, which is 6 or 7
@@ -71,8 +74,10 @@ def read_knet(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     return Contents("waveforms", tuple(traces))
 
 
-def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
+def _stream(name: str, data: bytes, form: str) -> "obspy.Stream":
     """ObsPy's traces; its warnings are errors here, so that no sample is omitted silently."""
+    import obspy
+
     try:
         with ONE_READER, warnings.catch_warnings():
             warnings.filterwarnings("error", module=r"obspy\.")
@@ -111,7 +116,7 @@ def _record_length(data: bytes) -> int | None:
     return None
 
 
-def _with_gains(stream: obspy.Stream, gains: Mapping[str, Gain]) -> Contents:
+def _with_gains(stream: "obspy.Stream", gains: Mapping[str, Gain]) -> Contents:
     unknown = tuple(dict.fromkeys(trace.id for trace in stream if trace.id not in gains))
     traces = tuple(_trace(trace, gains[trace.id]) for trace in stream if trace.id in gains)
     if not traces:
@@ -119,7 +124,7 @@ def _with_gains(stream: obspy.Stream, gains: Mapping[str, Gain]) -> Contents:
     return Contents("waveforms", traces, without_unit=unknown)
 
 
-def _trace(trace: obspy.Trace, gain: Gain) -> Trace:
+def _trace(trace: "obspy.Trace", gain: Gain) -> Trace:
     return Trace(
         channel=trace.id,
         start=trace.stats.starttime.datetime.replace(tzinfo=UTC),
@@ -147,6 +152,8 @@ def covered(data: bytes) -> tuple[Piece, ...]:
     Raises:
         FormatError: ObsPy cannot read it.
     """
+    import obspy
+
     pieces = []
     try:
         for trace in obspy.read(BytesIO(data), headonly=True):

@@ -9,8 +9,7 @@ from rich.syntax import Syntax
 from rich.table import Table
 from rich.text import Text
 
-from core.effect import Effect, Parameter
-from core.workbench.texts import explained
+from core.effect import Effect, Parameter, explained
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:

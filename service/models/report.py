@@ -9,7 +9,6 @@ from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
 from core.workbench.tables import values_of, version_tables
 from service.models import texts
-from service.models.figures import comparison_figures, diagnosis_figures
 from service.models.model_file import ModelFile
 from service.models.operations import Work
 from service.reports.document import Document, Part, notes, paragraph
@@ -31,6 +30,8 @@ def comparison(done: Work[ComparisonResult]) -> Document:
 
 def comparison_file(done: Work[ComparisonResult]) -> Document:
     """A comparison with its figures."""
+    from service.models.figures import comparison_figures  # slow to import
+
     result = done.result
     tables = (force_table(result), prediction_table(result, levels_of(result)))
     return Document(
@@ -75,6 +76,8 @@ def diagnosis(done: Work[DiagnosisResult]) -> Document:
 
 def diagnosis_file(done: Work[DiagnosisResult]) -> Document:
     """A diagnosis with its figures."""
+    from service.models.figures import diagnosis_figures  # slow to import
+
     result = done.result
     return Document(
         texts.DIAGNOSIS_TITLE.format(_subject(done.given)),

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
 from core.rounding import significant
-from core.workbench.tables import percent
+from core.units import percent
 
 COMPARISON_TITLE = "{}: the model against the records"
 DIAGNOSIS_TITLE = "{}: what the model lacks"

@@ -13,6 +13,8 @@ import traceback
 from math import ceil
 from typing import Any, BinaryIO
 
+import obspy  # noqa: F401  the readers import it at their first file, when time and memory are limited
+
 from service.formats import FormatError, read
 from service.formats.fdsn_xml import origins
 from service.formats.waveforms import covered

@@ -3,12 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Literal
-
-import altair as alt
+from typing import TYPE_CHECKING, Any, Literal
 
 from core.rounding import plain
 from core.tables import Table
+
+if TYPE_CHECKING:  # it takes long to import, and only who draws needs it
+    import altair as alt
 
 Rows = list[dict[str, Any]]
 LONGEST = 400
@@ -42,7 +43,7 @@ class Figure:
     title: str
     caption: str
     """Contents, and signs to look for."""
-    pictures: tuple[alt.TopLevelMixin, ...]
+    pictures: "tuple[alt.TopLevelMixin, ...]"
     numbers: Numbers | None = None
 
 

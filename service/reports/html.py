@@ -3,17 +3,19 @@
 import re
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import altair as alt
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from core.tables import Table
 from service.language.templates import translate
 from service.reports import still
-from service.reports.charts import CONFIG
 from service.reports.document import Document, Figure
 from service.version import VERSION
+
+if TYPE_CHECKING:  # it takes long to import, and most mails have no chart of its
+    import altair as alt
 
 STYLE = Path(__file__).parents[1] / "http" / "static" / "menshin.css"
 
@@ -66,7 +68,7 @@ def _drawn(figure: Figure) -> list[Markup]:
     ]
 
 
-def svg(picture: alt.TopLevelMixin, own: str, label: str) -> Markup:
+def svg(picture: "alt.TopLevelMixin", own: str, label: str) -> Markup:
     """The picture, its ids made its own within the page, and its name for readers who do not see it.
 
     Args:
@@ -74,6 +76,8 @@ def svg(picture: alt.TopLevelMixin, own: str, label: str) -> Markup:
         own: a word that no other picture of the page has, for its ids.
         label: contents of the picture.
     """
+    from service.reports.charts import CONFIG
+
     return own_ids(still.svg(picture.to_dict(), CONFIG), own, label)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import spearmanr
+import scipy
 
 from core.arrays import Vector
 from core.comparison.misfit import fitting_rate
@@ -150,7 +150,7 @@ def _drop(cycles: Sequence[EquivalentSegment]) -> str:
 
 
 def _rank(values: Vector, amplitude: Vector) -> str:
-    return f"{spearmanr(values, amplitude).statistic:.2f}" if values.size > 2 else NONE
+    return f"{scipy.stats.spearmanr(values, amplitude).statistic:.2f}" if values.size > 2 else NONE
 
 
 def _spread(values: Vector, std: Vector) -> str:

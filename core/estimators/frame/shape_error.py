@@ -11,7 +11,7 @@ others, errors are those of uneven storeys: independent from storey to storey an
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.estimators.frame.calibration import Calibration
@@ -55,8 +55,8 @@ def shape_error(model: LinearModel, spectra: ComplexMatrix, force: ComplexVector
 
 def local_mean_square(histories: np.ndarray, rate: float) -> Vector:
     """(n,) mean over ENVELOPE about each instant of the sum of squares of (k, n) histories."""
-    window = signal.windows.hann(max(3, round(ENVELOPE * rate)))
-    strength = signal.fftconvolve((histories**2).sum(axis=0), window / window.sum(), mode="same")
+    window = scipy.signal.windows.hann(max(3, round(ENVELOPE * rate)))
+    strength = scipy.signal.fftconvolve((histories**2).sum(axis=0), window / window.sum(), mode="same")
     return np.asarray(np.maximum(strength, 0.0))
 
 

@@ -4,9 +4,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path
 
-from core.effect import Effect
+from core.effect import Effect, explained
 from core.effects import EFFECTS
-from core.workbench.texts import explained
 from service.errors import NotFoundError
 from service.http.paging import rows_of
 from service.http.responses import TaggedRoute, responses, table_responses

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import altair as alt
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
@@ -148,7 +148,7 @@ def _density(compared: Sequence[ForceComparison]) -> tuple[Vector, Vector]:
     length = min(min(one.model.size, round(SEGMENT * one.observation.rate)) for one in compared)
     densities = []
     for one in compared:
-        frequency, density = signal.welch(one.resolved / one.noise.rms, one.observation.rate, nperseg=length)
+        frequency, density = scipy.signal.welch(one.resolved / one.noise.rms, one.observation.rate, nperseg=length)
         densities.append(density)
     low, high = _known_band(compared)
     mean, within = np.sqrt(np.mean(densities, axis=0)), (frequency >= low) & (frequency <= high)

@@ -9,9 +9,10 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
+from core.effect import PLACE
 from core.effects import EFFECTS
 from core.units import shown
-from core.workbench.texts import PLACE, distinguishing_records
+from core.workbench.texts import distinguishing_records
 from service.access.auth import Caller, Role, engineer
 from service.access.pages import reader
 from service.buildings import queries as building_queries

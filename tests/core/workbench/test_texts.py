@@ -5,9 +5,9 @@ import re
 import pytest
 
 from core.diagnosis.unexplained import Unexplained
-from core.effect import Effect, LogNormal, Parameter
+from core.effect import Effect, LogNormal, Parameter, explained
 from core.effects import EFFECTS
-from core.workbench.texts import explained, remaining
+from core.workbench.texts import remaining
 
 
 def test_an_error_that_follows_the_motion_shows_that_the_model_is_incomplete() -> None:

@@ -1,18 +1,30 @@
 import importlib.metadata
 import importlib.util
+import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import pytest
 import typer
+from paper_records import building_file
 from typer.testing import CliRunner
 
 from service.cli import app
 
 WRITER = Path(__file__).resolve().parents[3] / "docs" / "tools" / "write_cli.py"
 HEAVY = ("obspy", "numba", "scipy", "altair", "sqlalchemy", "fastapi", "numpy")
+UNUSED = {
+    "effects": ("obspy", "numba", "scipy", "altair", "fastapi"),
+    "model new --building building.toml --output model.toml": ("obspy", "numba", "scipy", "altair", "fastapi"),
+    "status": ("obspy", "numba", "scipy.linalg", "scipy.signal", "altair", "fastapi"),
+    "building list": ("obspy", "numba", "scipy", "altair", "fastapi"),
+    "notify --once": ("obspy", "numba", "scipy", "altair", "fastapi"),
+    "poll --once": ("numba", "scipy.signal", "altair", "fastapi"),
+    "work --once": ("obspy", "scipy.signal", "scipy.stats", "altair", "fastapi"),
+}
+"""Modules that take long to import, by commands that have no use for them."""
 
 
 def commands(path: str = "menshin", command: object = None) -> Iterator[tuple[str, object]]:
@@ -43,6 +55,21 @@ def test_help_needs_nothing_heavy() -> None:
     script = f"import sys, service.cli; print([name for name in {HEAVY} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("command", "unused"), tuple(UNUSED.items()))
+def test_a_command_imports_what_it_needs(command: str, unused: Collection[str], tmp_path: Path) -> None:
+    (tmp_path / "building.toml").write_text(building_file(), "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-c", "from service.cli import app; app()", *command.split()],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MENSHIN_DATABASE_URL": "sqlite:///a.db"},
+        cwd=tmp_path,
+    )
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time:")}
+    assert "service.settings" in loaded, done.stderr[-2000:]
+    assert not loaded & set(unused)
 
 
 def test_without_a_command_the_help_is_shown() -> None:

@@ -5,8 +5,8 @@ import re
 import pytest
 from api_client import client
 
+from core.effect import explained
 from core.effects import EFFECTS
-from core.workbench.texts import explained
 from service.language.translation import said
 
 NAMES = {*EFFECTS, *(one.name for effect in EFFECTS.values() for one in effect.parameters)}
