@@ -108,12 +108,10 @@ def forecaster(model: Isolator, earthquakes: Earthquakes) -> tuple[Forecaster, t
 def forecast_table(one: Forecast) -> Table:
     """Peaks of a forecast with their intervals."""
     several = len(one.courses) > 1
-    rows = tuple(
-        (f"{named(peak)}{f', {peak.direction}' if several else ''}", written(peak), *_parts(peak)) for peak in one.peaks
-    )
+    rows = tuple((f"{named(peak)}{f', {peak.direction}' if several else ''}", *_cells(peak)) for peak in one.peaks)
     caption = f"{one.motion.name}, scaled by {plain(one.factor, 3)}" if one.factor != 1 else one.motion.name
-    headings = ("peak", "forecast", "by the values", "by the model's error")
-    note = "Standard deviations in percent of the peak: by the values' covariance, and by the model's own error."
+    headings = ("peak", "forecast", "95 % interval", "values", "model")
+    note = "Values, model: standard deviations by the values' covariance and by the model's own error."
     return Table(caption, headings, rows, note)
 
 
@@ -143,5 +141,6 @@ def written(peak: Peak) -> str:
     return interval(factor * peak.value, factor * peak.low, factor * peak.high, unit, signed=False)
 
 
-def _parts(peak: Peak) -> tuple[str, str]:
-    return f"{100 * peak.by_values:.1f} %", f"{100 * peak.by_model:.1f} %"
+def _cells(peak: Peak) -> tuple[str, ...]:
+    value, _, ends = written(peak).partition(" (95 %: ")
+    return value, ends.rstrip(")"), f"{100 * peak.by_values:.1f} %", f"{100 * peak.by_model:.1f} %"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from service.models.model_file import ModelFile
     from service.models.results import Head
     from service.reports.document import Document
+
+TIMES = ["%Y-%m-%d", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S"]
+"""Forms of a time."""
 
 app = typer.Typer(
     no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_user_effects
@@ -136,6 +140,73 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
         lambda: documents.comparison(done),
         html,
         lambda: report.comparison_file(done),
+    )
+
+
+@app.command()
+def forecast(
+    model: Model,
+    motions: Annotated[
+        list[Path],
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            metavar="MOTION...",
+            help="Files with ground motions: the ground's records of the building, or any accelerations whose channel "
+            "codes end with X, Y, Z or E, N, Z (east is x). Files of single components of one station are one motion.",
+        ),
+    ],
+    building: Building,
+    record: Annotated[
+        list[Path],
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="A record that the model was fitted to; may be repeated. Records give the intervals and the range.",
+        ),
+    ],
+    hold_out: HoldOut = None,
+    pga: Annotated[
+        str | None, typer.Option(help="Scale to this peak ground acceleration, such as '400 gal' or '4 m/s**2'.")
+    ] = None,
+    displacement: Annotated[
+        str | None, typer.Option(help="Scale until the isolators move this far, such as '300 mm'.")
+    ] = None,
+    design_spectrum: Annotated[
+        bool, typer.Option("--design-spectrum", help="Scale to the design spectrum of the building file.")
+    ] = False,
+    at: Annotated[
+        datetime | None,
+        typer.Option(help="Time of the earthquake, UTC; default: the end of the last record.", formats=TIMES),
+    ] = None,
+    temperature: Annotated[
+        float | None, typer.Option(help="°C of the isolators; default: the middle of the records'.")
+    ] = None,
+    json: Json = None,
+    html: Html = None,
+) -> None:
+    """Forecast the response of isolators and floors to ground motions, with 95 % intervals.
+
+    The intervals contain the covariance of the model's values and the model's own error in the records. Shows the
+    margin to each limit of the building file, and where a motion leaves the range of the records. Exit code 0:
+    forecast, also out of range, which is shown; 1: a record or a motion cannot be used.
+    """
+    from service.models import forecast_report, forecast_results, forecasting
+    from service.models.motions import motions as read_motions, scaling
+
+    described = read_building(building)
+    with refusals():
+        wanted = scaling(pga, displacement, design_spectrum, described)
+        given_motions = read_motions(motions, described)
+    with _work(model, record, building, hold_out) as (given, records, report_step):
+        moment = None if at is None else at.replace(tzinfo=UTC)
+        done = forecasting.forecast(given, records, given_motions, described, wanted, moment, temperature, report_step)
+    _show(
+        forecast_report.forecast(done),
+        json,
+        lambda: forecast_results.document(done),
+        html,
+        lambda: forecast_report.forecast_file(done),
     )
 
 

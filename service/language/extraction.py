@@ -77,6 +77,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/http/templates/diagnosis.html",
         "service/http/templates/effect*.html",
         "service/http/templates/model*.html",
+        "service/models/forecasting.py",
+        "service/models/motions.py",
         "service/models/pages/models.py",
         "service/models/schema.py",
         "service/models/texts.py",

@@ -7,6 +7,12 @@ from core.rounding import significant
 from core.units import percent
 
 COMPARISON_TITLE = "{}: the model against the records"
+FORECAST_TITLE = "{}: response to given ground motions"
+LIMITS_CAPTION = "Limits of the building"
+LIMITS_NOTE = (
+    "Share: forecast over the limit, with the upper end of its 95 % interval. Undecided: the limit lies within the "
+    "interval, the motion is out of range, or a direction is not forecast."
+)
 DIAGNOSIS_TITLE = "{}: what the model lacks"
 DIAGNOSIS_FIGURES = (
     "The figures show the given model with its values fitted; the last two also show it with the added effects."
@@ -58,6 +64,16 @@ FIGURES: Mapping[str, tuple[str, str]] = {
         "The earthquake of {name}, which has the largest displacement. Residual: measured − model. Ends that turn up "
         "show hardening or contact with the moat wall; unequal ends, an asymmetry; steps at the reversals, friction "
         "or another yield; a loop of the residual itself, missing damping.",
+    ),
+    "forecast_displacement": (
+        "Displacement of the isolators",
+        "Response to the ground motion, with two standard deviations by the covariance of the model's values. The "
+        "intervals of the peaks are wider: they contain the model's own error too.",
+    ),
+    "forecast_accelerations": (
+        "Accelerations of the levels",
+        "Largest absolute acceleration of each level, with its 95 % interval: the covariance of the model's values, "
+        "and the model's own error in the records.",
     ),
     "histories": (
         "Measured and modelled",

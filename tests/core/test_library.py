@@ -127,7 +127,7 @@ def test_every_result_prints_values_with_units(results: dict[str, Any]) -> None:
         assert not re.search(r"\bNone\b|\bnan\b|\binf\b|<core|array\(", text), (name, text)
         assert max(map(len, text.splitlines())) < 200, name
     assert re.search(
-        r"displacement of the isolators +\d+(\.\d+)? mm \(95 %: \d+(\.\d+)? to \d+(\.\d+)? mm\)",
+        r"displacement of the isolators +\d+(\.\d+)? mm +\d+(\.\d+)? to \d+(\.\d+)? mm",
         str(results["forecast"]),
     )
     for name in ("force", "motion", "cycles", "fit", "diagnosis", "extension", "improvement"):
