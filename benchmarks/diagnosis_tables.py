@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 
 from benchmarks.diagnosis_trial import Row, family  # isort: skip  (it finds hidden)
-from hidden.case import ANOTHER, FAULTS, OUTSIDE, PAIRS, SAME
+from hidden.case import ANOTHER, FAULTS, FAULTS_AND_LAWS, OUTSIDE, PAIRS, SAME
 
 from benchmarks.table import Table
 
@@ -35,6 +35,7 @@ GROUPS = (
     Group("a sensor errs", FAULTS, 2),
     Group("mass 10 % off", ("mass",), 20),
     Group("a storey softened", ("storey",), 20),
+    Group("a sensor errs and an effect is hidden", FAULTS_AND_LAWS, 1),
 )
 """The usual trials; their seeds are odd, those that thresholds are chosen by even."""
 
@@ -53,7 +54,7 @@ class Criterion:
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Tables of the page."""
     of = {group.name: [one for one in rows if one.case in group.cases] for group in GROUPS}
-    same, other, outside, two, nothing, refit, faults, mass, storey = of.values()
+    same, other, outside, two, nothing, refit, faults, mass, storey, both = of.values()
     strong, others, far = ([one for one in group if _is_strong(one)] for group in (same, other, outside))
     weak = [one for one in same if not _is_strong(one)]
     asked = (
@@ -80,6 +81,9 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("a sensor errs: outcome sensor_fault", "≥ 95 %", _share(faults, _is("sensor_fault"))),
         ("a sensor errs: kind and channel's kind named", "≥ 95 %", _share(faults, _sensor_named)),
         ("a sensor errs: an effect blamed", "0", _share(faults, _blamed)),
+        ("a sensor errs and an effect is hidden: both named", "≥ 90 %", _share(both, _fault_and_effect)),
+        ("a sensor errs and an effect is hidden: the fault named", "", _share(both, _sensor_named)),
+        ("a sensor errs and an effect is hidden: the effect named first", "", _share(both, _named_first)),
         ("mass 10 % off: outcome mass", "≥ 95 %", _share(mass, _is("mass"))),
         ("mass 10 % off: an effect blamed", "0", _share(mass, _blamed)),
         ("a storey softened: outcome superstructure", "≥ 95 %", _share(storey, _is("superstructure"))),
@@ -170,6 +174,10 @@ def _sensor_named(one: Row) -> bool:
     return any(suspect.split("@")[0] == one.case.split("@")[0] for suspect in one.suspects)
 
 
+def _fault_and_effect(one: Row) -> bool:
+    return _sensor_named(one) and _both(one) and one.outcome != "sensor_fault"
+
+
 def _is_strong(one: Row) -> bool:
     return one.misfit > WEAK
 
@@ -231,6 +239,12 @@ QUESTIONS = (
     Criterion("nothing hidden: neither effect nor suspect", _CASES["nothing hidden"], _always, _nothing_said),
     Criterion("design values off: refit", _CASES["design values off"], _always, _is("refit")),
     Criterion("a sensor errs: outcome sensor_fault", _CASES["a sensor errs"], _always, _is("sensor_fault")),
+    Criterion(
+        "a sensor errs and an effect is hidden: both named",
+        _CASES["a sensor errs and an effect is hidden"],
+        _always,
+        _fault_and_effect,
+    ),
     Criterion("mass 10 % off: outcome mass", _CASES["mass 10 % off"], _always, _is("mass")),
     Criterion("a storey softened: outcome superstructure", _CASES["a storey softened"], _always, _is("superstructure")),
 )

@@ -15,16 +15,19 @@ from hidden.trial import Event, Trial, trial
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.diagnosis.building_faults import building_faults
-from core.diagnosis.missing_effects import Diagnosis, diagnosed
+from core.diagnosis.missing_effects import Diagnosis
 from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.estimators.superstructure import known_superstructure
-from core.fitting.observation import Observation, observations
+from core.fitting.observation import Observation
 from core.model.first_model import first_model
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried
 from core.model.simulation import Axis, respond
 from core.record import Segment
+from core.workbench import diagnose
+from core.workbench.correcting import corrected_copy
+from core.workbench.earthquakes import Earthquakes, Recording, analysed as of_analysis, joined
 
 REFUSED = "refused"
 """Outcome where no earthquake can be used and nothing is suspected."""
@@ -67,38 +70,35 @@ def row(case: str, seed: int) -> Row:
     """The trial of that case and seed, diagnosed."""
     made = trial(case, seed)
     analyses = [analysed(event, made) for event in made.events]
-    seen = [one for number, found in enumerate(analyses) for one in _along_x(found, made, number)]
-    fitted = [one for one in seen if one.start < made.events[len(made.fitted)].start]
-    held_out = [one for one in seen if one not in fitted]
-    if not fitted:
-        return _of_sensors_alone(made, analyses)
+    seen = corrected_copy(_earthquakes(made, analyses))
+    if not seen.fitted:
+        return _of_sensors_alone(made, seen)
     begun = process_time()
-    found = diagnosed(fitted, first_model(made.description).isolator, held_out=held_out)
+    result = diagnose(first_model(made.description).isolator, seen)
     seconds = process_time() - begun
-    explains = not found.steps and not found.unexplained.is_there
-    suspects = building_faults(analyses[: len(made.fitted)], made.description, found.refitted if explains else None)
+    found = result.diagnosis
     return Row(
         case,
         seed,
         made.noise.level,
         made.misfit,
         made.effects,
-        suspects[0].cause.value if suspects else found.outcome.value,
+        result.outcome,
         found.is_unknown,
         tuple(step.chosen.effect for step in found.named),
         tuple(tuple(one.effect for one in step.alike) for step in found.named),
-        _named(suspects),
+        _named(result.faults),
         found.before.noise_ratio,
         found.unexplained.noise_ratio,
-        *(_predicted(model, seen, analyses, made) for model in _models(found)),
+        *(_predicted(model, seen.observations, seen.analyses, made) for model in _models(found)),
         seconds,
         found.resembles,
     )
 
 
-def _of_sensors_alone(made: Trial, analyses: Sequence[EventAnalysis]) -> Row:
+def _of_sensors_alone(made: Trial, seen: Earthquakes) -> Row:
     """Every earthquake was refused: what is suspected is the diagnosis, as in `menshin model diagnose`."""
-    suspects = building_faults(analyses[: len(made.fitted)], made.description)
+    suspects = (*seen.corrected, *building_faults(seen.analyses, made.description))
     return Row(
         case=made.case,
         seed=made.seed,
@@ -118,27 +118,40 @@ def _of_sensors_alone(made: Trial, analyses: Sequence[EventAnalysis]) -> Row:
     )
 
 
+def _earthquakes(made: Trial, analyses: Sequence[EventAnalysis]) -> Earthquakes:
+    """The earthquakes along x, with the samples that they were analysed from; those not for fitting are held out."""
+    settings, reference = AnalysisSettings(), made.events[0].start
+    each = [
+        of_analysis(
+            f"earthquake {number}",
+            analysis,
+            Recording(_segments(event), made.description, settings, ("x",), reference),
+        )
+        for number, (event, analysis) in enumerate(zip(made.events, analyses, strict=True))
+    ]
+    later = [one.name for one in each[len(made.fitted) :]]
+    return joined(each, made.description, settings.band, reference=reference, held_out=later)
+
+
+def _segments(event: Event) -> tuple[Segment, ...]:
+    return tuple(
+        Segment(channel.id, event.start, event.record.rate, samples)
+        for channel, samples in zip(event.record.channels, event.record.samples, strict=True)
+    )
+
+
 def _named(suspects: Sequence[BuildingFault]) -> tuple[str, ...]:
     return tuple(f"{one.kind}@{one.channel}" for one in suspects)
 
 
 def analysed(event: Event, made: Trial) -> EventAnalysis:
     """The product's analysis of an earthquake's records."""
-    segments = [
-        Segment(channel.id, event.start, event.record.rate, samples)
-        for channel, samples in zip(event.record.channels, event.record.samples, strict=True)
-    ]
-    return analyse(segments, made.description, AnalysisSettings())
+    return analyse(_segments(event), made.description, AnalysisSettings())
 
 
 def family(effects: Sequence[str]) -> set[str]:
     """Family of each effect."""
     return {EFFECTS[name].family for name in effects if name}
-
-
-def _along_x(found: EventAnalysis, made: Trial, number: int) -> list[Observation]:
-    every = observations(found, made.description, f"earthquake {number}", made.events[0].start)
-    return [one for one in every if one.direction == "x"]
 
 
 def _models(found: Diagnosis) -> tuple[Isolator, Isolator]:

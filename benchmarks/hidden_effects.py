@@ -6,7 +6,7 @@ from pathlib import Path
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the generator is the tests'
 
-from hidden.case import ANOTHER, FAULTS, OUTSIDE, PAIRS, SAME, WORDS
+from hidden.case import ANOTHER, FAULTS, FAULTS_AND_LAWS, OUTSIDE, PAIRS, SAME, WORDS
 from hidden.files import write
 from hidden.trial import trial
 
@@ -17,6 +17,7 @@ Others of its families: {", ".join(ANOTHER)}.
 Of no family: {", ".join(OUTSIDE)}.
 Pairs: {", ".join(PAIRS)}, and any other two.
 Sensors that err: {", ".join(FAULTS)}.
+With a law: {", ".join(FAULTS_AND_LAWS[:3])}, and any other two.
 The rest: {", ".join(WORDS)}."""
 
 

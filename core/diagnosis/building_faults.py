@@ -15,7 +15,7 @@ import numpy as np
 from core.analysis import EventAnalysis
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
-from core.diagnosis.sensor_faults import BuildingFault, Cause, sensor_faults
+from core.diagnosis.sensor_faults import IN_USE, BuildingFault, Cause, sensor_faults
 from core.diagnosis.softened_storey import softened_storey
 from core.effects import EFFECTS
 from core.fitting.fit import Fit
@@ -24,8 +24,6 @@ from core.model.isolator import Isolator, Key
 from core.record import Direction
 from core.rounding import with_std
 
-UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
-"""Faults with which a channel stays in use; channels with other faults are corrected or excluded."""
 MORE, LESS = ("above", "large"), ("below", "small")
 """Side of the design on which forces lie, and the size of the given mass that has this effect."""
 LENGTHS = ("D_y",)
@@ -59,7 +57,7 @@ def building_faults(
             unexplained; None where there is none, and the mass is not judged.
     """
     sensors = sensor_faults(analyses, description)
-    if any(fault.kind in UNMENDED for fault in sensors):
+    if any(fault.kind in IN_USE for fault in sensors):
         return sensors
     mass = None if fit is None else _mass(fit, description)
     return (*sensors, *_storeys(analyses, description), *([] if mass is None else [mass]))

@@ -16,7 +16,7 @@ from core.analysis import EventAnalysis
 from core.description import BuildingDescription
 from core.record import Channel, Finding, Quantity
 from core.rounding import with_std
-from core.sensors.resting_level import BaselineDrift, baseline_drift
+from core.sensors.resting_level import BaselineDrift, baseline_drift, transducer_drift
 from core.sensors.sensor_errors import SensorError, sensor_errors
 
 
@@ -43,6 +43,10 @@ class BuildingFault:
     """Standard deviation of the value; None if it has none, as for a polarity."""
     message: str
     """For an engineer: the fault with its number and unit, and its remedy."""
+    late: float = 0.0
+    """s, of a clock that runs at another rate: its delay in the middle of the records."""
+    is_corrected: bool = False
+    """True if the records were corrected for it, in a copy, before the isolation layer was judged."""
 
 
 KINDS: Mapping[str, str] = MappingProxyType(
@@ -62,6 +66,8 @@ KINDS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Part at fault for each finding of the screening; a note is no fault."""
+IN_USE = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
+"""Faults with which a channel stays in use; an analysis corrects or excludes channels with other faults."""
 AGAIN = 0.5
 """Share of the earthquakes in which a fault comes again if it is the sensor's. A choice."""
 SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
@@ -119,7 +125,8 @@ def _erring(error: SensorError) -> BuildingFault | None:
     message = _said(error.part, size, std)
     if error.others:
         message = "; ".join((message, f"an opposite error of {' or '.join(error.others)} would have the same effect"))
-    return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, message)
+    late = float(error.value[0]) if error.part == "clock" else 0.0
+    return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, message, late)
 
 
 def _said(part: str, size: float, std: float) -> str:
@@ -143,7 +150,10 @@ def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingD
         if analysis.record is None:
             continue
         for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
-            if _rests(channel, description) and (drift := baseline_drift(samples, analysis.rate)) is not None:
+            if not _rests(channel, description):
+                continue
+            drifting = transducer_drift if channel.quantity == "displacement" else baseline_drift
+            if (drift := drifting(samples, analysis.rate)) is not None:
                 known[channel].append(drift)
     return [fault for channel, all_ in known.items() if (fault := _drift_fault(channel, all_)) is not None]
 

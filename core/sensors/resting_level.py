@@ -1,11 +1,13 @@
 """Resting level of a channel: its offset from zero, jumps of an acceleration, and baseline drift.
 
 An acceleration always rests at one level. A layer stays where an earthquake leaves it: the level of its displacement is
-constant before the motion and after it, though the two may differ. A sensor whose level changes otherwise jumps or
-drifts. The record is divided into blocks; the mean of each estimates the level, with an uncertainty from its motion.
+constant before the motion and, once it has crept to rest, after it, though the two may differ. A sensor whose level
+changes otherwise jumps or drifts.
+
+The record is divided into blocks; the mean of each estimates the level, with an uncertainty from its motion.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 
@@ -39,6 +41,13 @@ QUIET = 0.1
 """Standard deviation over that of the strongest block below which a block is at rest. Not tuned.
 
 A weaker limit than core.signals.conditioning.AT_REST: motion that is left here enlarges the level's uncertainty."""
+SETTLING = 0.6
+"""Change of level in the second half of the rest after the motion over that in the first, up to which the layer comes
+to rest: it creeps. Chosen on even seeds of benchmarks.diagnosis."""
+CERTAIN_CHANGE = 4.0
+"""Standard deviations that the change in the second half must be of. A choice."""
+SLOWEST = 3
+"""Degree of the polynomial that a transducer's drift is removed with: levels and slopes before and after the motion."""
 
 
 def without_jump(trace: Trace, channel: Channel) -> tuple[Trace, tuple[Finding, ...]]:
@@ -139,25 +148,93 @@ class BaselineDrift:
 
 
 def baseline_drift(samples: Vector, rate: float) -> BaselineDrift | None:
-    """Change of a sensor's level while the building is at rest; None without two successive blocks at rest.
+    """Change of an accelerometer's level while the building is at rest; None without two successive blocks at rest.
 
     Args:
-        samples: (n,) m of a transducer across the layer, or m/s².
+        samples: (n,) m/s².
         rate: Hz.
     """
+    known = _levels(samples, rate)
+    return _largest_change(samples, known, _runs(known.quiet))
+
+
+def transducer_drift(samples: Vector, rate: float) -> BaselineDrift | None:
+    """Change of a transducer's level that no motion of the layer makes; None if the record cannot show any.
+
+    A layer with friction or rubber that relaxes creeps: the level changes after the motion and ever more slowly. A
+    transducer that drifts does so before the motion too, and does not settle after it.
+
+    Args:
+        samples: (n,) m, across the layer.
+        rate: Hz.
+    """
+    known = _levels(samples, rate)
+    runs = _runs(known.quiet)
+    before = [run for run in runs if run[0] == 0 and run[1] > 1]
+    after = [run for run in runs if run[0] > 0 and run[1] == known.quiet.size and run[1] - run[0] > 2]
+    drifting = [run for run in after if not _settles(known, *run)]
+    if not after and not before:
+        return None
+    found = _largest_change(samples, known, [*before, *drifting])
+    return found or BaselineDrift(0.0, RESOLUTION, 0.0)
+
+
+def without_drift(samples: Vector, rate: float) -> Vector:
+    """A transducer's samples less the polynomial through their levels, which count by how near to rest they are.
+
+    The residual offset of the layer is removed with it.
+
+    Args:
+        samples: (n,) m, across the layer.
+        rate: Hz.
+    """
+    known = _levels(samples, rate)
+    if known.level.size <= SLOWEST:
+        return samples
+    place = (np.arange(known.level.size) + 0.5) * _block_length(rate) / samples.size
+    shape = np.polynomial.Polynomial.fit(place, known.level, SLOWEST, domain=[0, 1], w=1 / known.std)
+    return np.asarray(samples - shape(np.arange(samples.size) / samples.size))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Levels:
+    """Levels of a record's blocks."""
+
+    level: Vector
+    """(blocks,) m or m/s²."""
+    std: Vector
+    """(blocks,) in the same unit."""
+    quiet: Mask
+    """(blocks,) True where the building is at rest."""
+
+
+def _levels(samples: Vector, rate: float) -> _Levels:
     blocks = _blocks(samples, rate)
-    levels, moving = blocks.mean(axis=1), _std_about_trend(blocks)
-    std = SWAY * moving + RESOLUTION
-    quiet = moving < QUIET * moving.max(initial=0.0)
+    moving = _std_about_trend(blocks)
+    return _Levels(blocks.mean(axis=1), SWAY * moving + RESOLUTION, moving < QUIET * moving.max(initial=0.0))
+
+
+def _largest_change(samples: Vector, known: _Levels, runs: Sequence[tuple[int, int]]) -> BaselineDrift | None:
+    """The most certain change within one of these stretches at rest; None without two blocks in one."""
     changes = [
-        (float(levels[later] - levels[earlier]), float(np.hypot(std[earlier], std[later])))
-        for first, end in _runs(quiet)
-        for earlier, later in combinations(range(first, end), 2)
+        _change(known, earlier, later) for first, end in runs for earlier, later in combinations(range(first, end), 2)
     ]
     if not changes:
         return None
     change, error = max(changes, key=lambda pair: abs(pair[0]) / pair[1])
     return BaselineDrift(change, error, abs(change) / float(np.abs(samples).max()))
+
+
+def _change(known: _Levels, earlier: int, later: int) -> tuple[float, float]:
+    """Change of level between two blocks, and its standard deviation."""
+    return float(known.level[later] - known.level[earlier]), float(np.hypot(known.std[earlier], known.std[later]))
+
+
+def _settles(known: _Levels, first: int, end: int) -> bool:
+    """True if the level in [first, end) changes ever more slowly, or not beyond doubt in the second half."""
+    middle = (first + end - 1) // 2
+    (early, _), (late, error) = _change(known, first, middle), _change(known, middle, end - 1)
+    return abs(late) < CERTAIN_CHANGE * error or (late * early > 0 and abs(late) < SETTLING * abs(early))
 
 
 def _std_about_trend(blocks: Matrix) -> Vector:

@@ -8,6 +8,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from core.arrays import Mask, Vector
 from core.description import BuildingDescription
 from core.record import Channel, Finding, Severity, Trace
+from core.sensors.filled_gaps import FilledGap, filled_gaps, without_fill
 from core.sensors.resting_level import without_jump
 
 MENDED_GAP = 0.1
@@ -81,7 +82,8 @@ def screened(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | No
         channel: its description.
         lost: severity of findings that make the channel unusable.
     """
-    mended, gaps = _without_gaps(trace, channel, lost)
+    filled = filled_gaps(trace, channel.quantity)
+    mended, gaps = _without_gaps(without_fill(trace, filled), channel, lost, filled)
     if mended is None:
         return None, gaps
     faults = [check(mended, channel, lost) for check in (_dead, _unit, _clipping)]
@@ -95,7 +97,9 @@ def screened(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | No
     return level, (*gaps, *spikes, *offsets)
 
 
-def _without_gaps(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
+def _without_gaps(
+    trace: Trace, channel: Channel, lost: Severity, filled: Sequence[FilledGap]
+) -> tuple[Trace | None, tuple[Finding, ...]]:
     absent = ~np.isfinite(trace.samples)
     if not absent.any():
         return trace, ()
@@ -106,11 +110,27 @@ def _without_gaps(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace
             f"{absent.sum()} samples are missing or not a number, up to {longest:.3g} s in a row; only gaps up to "
             f"{MENDED_GAP} s are interpolated. The channel is left out; send the missing data and analyse again"
         )
+        if filled:
+            message = (
+                f"{absent.sum()} samples were not measured, up to {longest:.3g} s in a row: the recorder lost them and "
+                f"wrote {_fill(filled)} in their place; only gaps up to {MENDED_GAP} s are interpolated. The channel "
+                "is left out; send the missing data and analyse again"
+            )
         return None, (Finding("gap", lost, message, channel.id, longest),)
     message = f"{absent.sum()} missing samples, up to {longest:.3g} s in a row, were interpolated"
+    if filled:
+        message = (
+            f"{absent.sum()} samples, up to {longest:.3g} s in a row, were interpolated: the recorder lost them and "
+            f"wrote {_fill(filled)} in their place"
+        )
     severity: Severity = "note" if longest <= SILENT_GAP else "warning"
     finding = Finding("gap", severity, message, channel.id, longest)
     return Trace(trace.start, trace.rate, _interpolated(trace.samples, absent)), (finding,)
+
+
+def _fill(filled: Sequence[FilledGap]) -> str:
+    """What the recorder wrote in place of lost samples, in words."""
+    return " and ".join(dict.fromkeys(one.kind for one in filled))
 
 
 def _interpolated(samples: Vector, absent: Mask) -> Vector:

@@ -14,7 +14,7 @@ from core.diagnosis.building_faults import building_faults
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped
-from core.diagnosis.sensor_faults import BuildingFault, Cause
+from core.diagnosis.sensor_faults import IN_USE, BuildingFault, Cause, sensor_faults
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.fitting.fit import Fit
@@ -26,6 +26,7 @@ from core.tables import Table, report
 from core.units import percent
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
+from core.workbench.correcting import corrected_copy
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
 from core.workbench.tables import Deviations, gain, values_table, version_tables
@@ -47,6 +48,8 @@ CALLED = MappingProxyType(
     {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
 )
 """Openings of the sentences on faults, by cause."""
+BESIDE_A_SENSOR = frozenset({Outcome.EFFECT, Outcome.ONE_OF_SET, Outcome.FAMILY, Outcome.UNKNOWN})
+"""Outcomes that a sensor's fault does not explain once it is corrected or left out."""
 IMPOSSIBLE, DOUBTFUL = "impossible", "doubtful"
 """Why an effect is not proposed."""
 NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
@@ -87,8 +90,8 @@ class DiagnosisResult:
 
     @property
     def outcome(self) -> str:
-        """Outcome in one word: the fault of the building if there is one, else what the layer's model lacks."""
-        cause = first_cause(self.faults)
+        """Outcome in one word: what the layer's model lacks, or the fault of the building that explains its error."""
+        cause = decisive_cause(self.faults, self.diagnosis.outcome)
         return self.diagnosis.outcome.value if cause is None else cause.value
 
     @property
@@ -129,6 +132,8 @@ def diagnose(
 ) -> DiagnosisResult:
     """Try every effect that the model does not have, and add those that the records support.
 
+    Faults of sensors are corrected before in a copy of the records, where they are at hand.
+
     Args:
         model: of the isolation layer.
         earthquakes: observations of one building.
@@ -140,7 +145,7 @@ def diagnose(
         RecordError: no observation is left to fit to.
         ModelError: a model's force grew beyond all bounds.
     """
-    seen = Earthquakes.of(earthquakes, hold_out)
+    seen = corrected_copy(Earthquakes.of(earthquakes, hold_out), progress)
     if not seen.fitted:
         raise RecordError(NONE_TO_FIT)
     progress("trying every effect", 0, 4)
@@ -207,7 +212,13 @@ def _faults(diagnosis: Diagnosis, earthquakes: Earthquakes) -> tuple[BuildingFau
         return ()
     is_of_design = set(diagnosis.given.effects) == set(first_model(description).isolator.effects)
     explains = is_of_design and not diagnosis.steps and not diagnosis.unexplained.is_there
-    return building_faults(earthquakes.analyses, description, diagnosis.refitted if explains else None)
+    if any(one.kind in IN_USE for one in earthquakes.corrected):
+        # what a correction leaves may look like a soft storey
+        left = sensor_faults(earthquakes.analyses, description)
+    else:
+        left = building_faults(earthquakes.analyses, description, diagnosis.refitted if explains else None)
+    known = {(one.channel, one.kind) for one in earthquakes.corrected}
+    return (*earthquakes.corrected, *(one for one in left if (one.channel, one.kind) not in known))
 
 
 def first_cause(faults: Sequence[BuildingFault]) -> Cause | None:
@@ -215,10 +226,32 @@ def first_cause(faults: Sequence[BuildingFault]) -> Cause | None:
     return next((cause for cause in Cause if any(one.cause is cause for one in faults)), None)
 
 
+def decisive_cause(faults: Sequence[BuildingFault], outcome: Outcome) -> Cause | None:
+    """The fault that explains the model's error; None if there is none, or if an effect is missing besides.
+
+    A sensor explains the error if it is still in use as it errs, or if no effect is missing once it is corrected or
+    left out. A storey and the mass always do.
+    """
+    others = [one for one in faults if one.cause is not Cause.SENSOR]
+    in_use = [one for one in faults if one.cause is Cause.SENSOR and one.kind in IN_USE and not one.is_corrected]
+    if in_use or outcome not in BESIDE_A_SENSOR:
+        return first_cause(faults)
+    return first_cause(others)
+
+
 def fault_sentences(faults: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
     each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in faults)
-    return (*each, "Correct this first: it may cause the findings on the isolation layer below.") if each else ()
+    if not each:
+        return ()
+    corrected = [one.channel or "" for one in faults if one.is_corrected]
+    if not corrected:
+        return (*each, "Correct this first: it may cause the findings on the isolation layer below.")
+    return (
+        *each,
+        f"The records were corrected for this in a copy ({', '.join(dict.fromkeys(corrected))}), which the findings on "
+        "the isolation layer below come from. Correct it before you fit a model.",
+    )
 
 
 def candidate_table(result: DiagnosisResult, tried: Sequence[Candidate]) -> Table:

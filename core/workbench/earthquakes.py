@@ -4,18 +4,19 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
-from core.analysis import EventAnalysis
+from core.analysis import AnalysisSettings, EventAnalysis
 from core.comparison.compared import Band, ForceComparison, compare_forces, force_misfit
 from core.comparison.misfit import Misfit
 from core.comparison.prediction import Prediction, predict_all
 from core.description import BuildingDescription
 from core.diagnosis.missing_effects import LOWERS
+from core.diagnosis.sensor_faults import BuildingFault
 from core.errors import IdentificationError, RecordError
 from core.estimators.result import RestoringForce
 from core.estimators.superstructure import KnownSuperstructure, known_superstructure
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
-from core.record import Direction
+from core.record import Direction, Segment
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 """Instant from which effects count time unless another is given."""
@@ -57,6 +58,10 @@ class Earthquakes:
     """Analyses of all earthquakes, also of those that cannot be used: they show faults of sensors."""
     unused: tuple[str, ...] = ()
     """Earthquakes that cannot be used, in one direction or in all, each with its reason."""
+    sources: tuple["AnalysedEarthquake", ...] = ()
+    """Earthquakes that these observations come from; none where the observations came alone."""
+    corrected: tuple[BuildingFault, ...] = ()
+    """Faults of sensors for which the records of these earthquakes were corrected."""
 
     @classmethod
     def of(cls, seen: "Sequence[Observation] | Earthquakes", hold_out: Collection[str] = ()) -> "Earthquakes":
@@ -157,6 +162,20 @@ def _from_one_instant(ordered: tuple[Observation, ...]) -> tuple[tuple[Observati
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """Everything that an earthquake's analysis and observations are made from."""
+
+    segments: tuple[Segment, ...]
+    description: BuildingDescription
+    """Of the building at that time."""
+    settings: AnalysisSettings
+    directions: tuple[str, ...]
+    """Horizontal directions of the model."""
+    reference: datetime
+    """Instant from which effects count time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class AnalysedEarthquake:
     """One earthquake with its analysis, as far as the workbench can use it."""
 
@@ -168,26 +187,22 @@ class AnalysedEarthquake:
     """By direction, of those that can be used."""
     reason: str | None
     """Reason why some directions cannot be used; None if all can."""
+    recording: Recording | None = None
+    """Samples of the analysis; None if they are not at hand."""
 
 
-def analysed(
-    name: str,
-    analysis: EventAnalysis,
-    description: BuildingDescription,
-    directions: Sequence[str],
-    reference: datetime,
-) -> AnalysedEarthquake:
+def analysed(name: str, analysis: EventAnalysis, recording: Recording) -> AnalysedEarthquake:
     """An earthquake from its analysis.
 
     Args:
         name: of the earthquake.
         analysis: of it.
-        description: of the building at that time.
-        directions: horizontal directions of the model.
-        reference: instant from which effects count time, aware.
+        recording: what the analysis was made from.
     """
-    seen = tuple(one for one in observations(analysis, description, name, reference) if one.direction in directions)
-    return AnalysedEarthquake(name, analysis, seen, unusable(analysis, [one.direction for one in seen], directions))
+    every = observations(analysis, recording.description, name, recording.reference)
+    seen = tuple(one for one in every if one.direction in recording.directions)
+    reason = unusable(analysis, [one.direction for one in seen], recording.directions)
+    return AnalysedEarthquake(name, analysis, seen, reason, recording)
 
 
 def unusable(analysis: EventAnalysis, used: Collection[str], wanted: Sequence[str]) -> str | None:
@@ -233,6 +248,7 @@ def joined(
         forces=tuple((one.direction, analysis.directions[one.direction].restoring_force) for analysis, one in seen),
         analyses=tuple(one.analysis for one in each if one.analysis is not None),
         unused=tuple(f"{one.name}: {one.reason}" for one in each if one.reason),
+        sources=tuple(each),
     )
 
 

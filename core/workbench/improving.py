@@ -230,7 +230,8 @@ def _confirmed(result: DiagnosisResult) -> int:
 def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
     """Reason to add nothing more; None if another diagnosis may support more."""
     if result.faults:
-        return f"the building or its sensors have a fault ({result.outcome}); `menshin model diagnose` describes it"
+        kinds = ", ".join(dict.fromkeys(one.kind for one in result.faults))
+        return f"the building or its sensors have a fault ({kinds}); `menshin model diagnose` describes it"
     if result.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "the remaining error has structure that no known effect explains"
     if count < len(result.stages):

@@ -225,10 +225,12 @@ def diagnose(
     where the records do not, and validates the result on held-out earthquakes. Nothing is changed: see `menshin model
     add`. Exit code 0: diagnosed; 1: no record can be used.
     """
+    from core.workbench.correcting import corrected_copy
     from service.models import documents, operations, report
 
     with _progress_bar() as report_step:
         given, records = read_records(model, files, building, report_step, hold_out or ())
+        records = corrected_copy(records, report_step)
         if not records.observations:
             _end_with_faults(given.building, records, json)
         with refusals():

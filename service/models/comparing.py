@@ -13,7 +13,7 @@ from core.comparison.prediction import Prediction
 from core.description import BuildingDescription
 from core.model.isolator import Isolator
 from core.workbench.comparing import failure_of
-from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, analysed, joined, model_errors
+from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, Recording, analysed, joined, model_errors
 from service.jobs.stages import Stage
 from service.models import texts
 from service.models.inputs import EventInputs, ModelEvent, WorkInputs
@@ -64,12 +64,14 @@ def observed(inputs: WorkInputs, analyses: Sequence[EventAnalysis]) -> list[Obse
     """
     events = (*inputs.events, *inputs.unusable)
     return [
-        Observed(
-            one.event,
-            analysed(one.event.name, analysis, one.made_from.description, inputs.directions, inputs.reference),
-        )
+        Observed(one.event, analysed(one.event.name, analysis, _recording(inputs, one)))
         for one, analysis in zip(events, analyses, strict=False)
     ]
+
+
+def _recording(inputs: WorkInputs, event: EventInputs) -> Recording:
+    one = event.made_from
+    return Recording(one.segments, one.description, one.settings, tuple(inputs.directions), inputs.reference)
 
 
 def compared(

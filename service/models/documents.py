@@ -259,6 +259,7 @@ def _suspects(faults: Sequence[BuildingFault]) -> list[SuspectOut]:
             value=one.value,
             std=one.std,
             message=one.message,
+            corrected=one.is_corrected,
         )
         for one in faults
     ]

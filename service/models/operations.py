@@ -14,7 +14,7 @@ from core.errors import CoreError, RecordError
 from core.record import Direction
 from core.workbench.comparing import ComparisonResult
 from core.workbench.diagnosing import DiagnosisResult
-from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, analysed, joined
+from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, Recording, analysed, joined
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
 from service.analyses.store import analysis_key
@@ -170,7 +170,8 @@ def _analysed(
         analysis = _kept_analysis(event, description, reading)
     except CoreError as error:
         return AnalysedEarthquake(name, None, (), str(error))
-    return analysed(name, analysis, description, reading.directions, reference)
+    recording = Recording(event.segments, description, reading.settings, tuple(reading.directions), reference)
+    return analysed(name, analysis, recording)
 
 
 def _kept_analysis(event: EventFiles, description: BuildingDescription, reading: Reading) -> EventAnalysis:

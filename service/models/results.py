@@ -200,6 +200,10 @@ class SuspectOut(Result):
     value: Value = Field(description="Its size, in the unit of the message.")
     std: Value = Field(description="Standard deviation; null where it has none.")
     message: str = Field(description="The problem and its remedy.")
+    corrected: bool = Field(
+        default=False,
+        description="True if the records were corrected for it, in a copy, before the isolation layer was judged.",
+    )
 
 
 class FittedValue(Result):

@@ -10,7 +10,7 @@ from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector
-from core.sensors.resting_level import baseline_drift
+from core.sensors.resting_level import baseline_drift, transducer_drift, without_drift
 
 RATE = 100.0
 TIME: Vector = np.arange(6000) / RATE
@@ -109,3 +109,28 @@ def test_a_jump_in_a_record_of_the_real_building() -> None:
     warnings = [one for one in reported(result) if one[1] != "note"]  # that displacement is an integral is noted too
     assert warnings == [("offset", "warning", "XX.BNCS.04.HNX")]
     assert len(reported(result)) == 2
+
+
+@given(st.floats(0.01, 0.2), st.floats(0.02, 0.2), st.floats(3, 12), st.integers(0, 10**6))
+def test_creep_after_the_motion_is_no_drift_of_the_transducer(
+    peak: float, share: float, seconds: float, seed: int
+) -> None:
+    """Friction and rubber that relax go on after the motion, ever more slowly."""
+    creep = share * peak * (1 - np.exp(-(TIME - 25).clip(0) / seconds))
+    found = transducer_drift(motion(peak, 0.0, seed) + creep, RATE)
+    assert found is None or abs(found.change) < 4 * found.std
+
+
+@given(st.floats(0.01, 0.2), st.floats(0.1, 0.5), st.integers(0, 10**6))
+def test_a_drift_goes_on_after_the_motion(peak: float, share: float, seed: int) -> None:
+    found = transducer_drift(motion(peak, 0.002, seed) + share * peak * TIME / TIME[-1], RATE)
+    assert found is not None
+    assert found.change > 4 * found.std
+
+
+@given(st.floats(0.01, 0.2), st.floats(0.1, 0.5), st.integers(0, 10**6))
+def test_a_drift_is_removed_but_for_a_twentieth(peak: float, share: float, seed: int) -> None:
+    true = motion(peak, 0.0, seed)
+    drift = share * peak * (0.4 * TIME / TIME[-1] + 0.6 * np.sin(np.pi * TIME / TIME[-1]))
+    left = without_drift(true + drift, RATE) - true
+    assert np.abs(left - left.mean()).max() < 0.05 * np.abs(drift).max() + 0.05 * peak

@@ -93,3 +93,7 @@ ERRING = {
 }
 FAULTS = tuple(f"{kind}@{level}" for kind, levels in ERRING.items() for level in levels)
 """Cases with one sensor that errs and nothing else."""
+CORRECTABLE = ("gain@RF", "delay@1F", "polarity@1F", "swap@4F", "rotation@1F", "drift@displacement", "clock@RF")
+BESIDE = ("friction", "hardening", "relief", "maxwell", "stiffness_step", "asymmetry")
+FAULTS_AND_LAWS = tuple(f"{fault}+{law}" for fault in CORRECTABLE for law in BESIDE)
+"""Cases with one sensor that errs and one hidden law: the fault can be corrected in a copy of the records."""
