@@ -3,8 +3,8 @@
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(u, k_b):
-    return k_b * u
+def law(u, softening, k_b):
+    return softening * k_b * u
 
 
 def stiffness_after_yield(k_b):

@@ -3,9 +3,9 @@
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(u, k3, k5):
+def law(u, softening, k3, k5):
     squared = u * u
-    return (k3 + k5 * squared) * squared * u
+    return softening * (k3 + k5 * squared) * squared * u
 
 
 EFFECT = Effect(

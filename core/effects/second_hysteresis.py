@@ -3,8 +3,8 @@
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(v, z_2, F_2, D_2):
-    return F_2 * z_2, (v - 0.5 * (abs(v) * z_2 + v * abs(z_2))) / D_2
+def law(v, z_2, growth, relaxing, F_2, D_2):
+    return F_2 * z_2, (growth * v - 0.5 * (abs(v) * z_2 + v * abs(z_2))) / D_2 - relaxing * z_2
 
 
 EFFECT = Effect(
