@@ -67,6 +67,8 @@ class Outcome(Enum):
     ONE_OF_SET = "one_of_set"
     FAMILY = "family"
     UNKNOWN = "unknown"
+    OUT_OF_RANGE = "out_of_range"
+    """No effect is missing where the model was fitted; it fails on held-out earthquakes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

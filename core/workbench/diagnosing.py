@@ -29,6 +29,7 @@ from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
+from core.workbench.out_of_range import OutOfRange, out_of_range, range_sentences
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 from core.workbench.texts import (
     evidence,
@@ -48,7 +49,7 @@ CALLED = MappingProxyType(
     {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
 )
 """Openings of the sentences on faults, by cause."""
-BESIDE_A_SENSOR = frozenset({Outcome.EFFECT, Outcome.ONE_OF_SET, Outcome.FAMILY, Outcome.UNKNOWN})
+BESIDE_A_SENSOR = frozenset({Outcome.EFFECT, Outcome.ONE_OF_SET, Outcome.FAMILY, Outcome.UNKNOWN, Outcome.OUT_OF_RANGE})
 """Outcomes that a sensor's fault does not explain once it is corrected or left out."""
 IMPOSSIBLE, DOUBTFUL = "impossible", "doubtful"
 """Why an effect is not proposed."""
@@ -75,6 +76,8 @@ class DiagnosisResult:
     """One for each effect that was added; if the outcome is unknown, for each that is near to what is missing."""
     versions: tuple[Version, ...]
     """The model as given, refitted, then those of the stages."""
+    out_of_range: tuple[OutOfRange, ...] = ()
+    """Held-out earthquakes in which the last version fails although it fits the others."""
     diverging: tuple[Dropped, ...] = ()
     """Effects whose force grew beyond all bounds in a held-out earthquake."""
 
@@ -112,7 +115,8 @@ class DiagnosisResult:
     def text(self) -> tuple[str, ...]:
         """Sentences: what is missing, the worth of adding it, what is open and which records would decide it."""
         opening = OPENINGS.get(self.diagnosis.outcome, _missing)(self)
-        return (*fault_sentences(self.faults), *opening, *_after(self), *_open(self), *_dropped(self))
+        outside = () if self.diagnosis.outcome is Outcome.OUT_OF_RANGE else range_sentences(self.out_of_range)
+        return (*fault_sentences(self.faults), *opening, *_after(self), *outside, *_open(self), *_dropped(self))
 
     def __str__(self) -> str:
         versions = (*self.versions[:2], *self.versions[2:][-1:])
@@ -170,6 +174,9 @@ def diagnose(
             diagnosis, staged = _cut(diagnosis, staged[:number], seen), staged[:number]
             break
         versions.append(version)
+    failing = out_of_range(versions[-1].errors, seen)
+    if failing and _fits(diagnosis):
+        diagnosis = replace(diagnosis, outcome=Outcome.OUT_OF_RANGE)
     progress("diagnosed", 4, 4)
     return DiagnosisResult(
         given=model,
@@ -181,8 +188,16 @@ def diagnose(
         faults=_faults(diagnosis, seen),
         stages=staged,
         versions=tuple(versions),
+        out_of_range=failing,
         diverging=tuple(diverging),
     )
+
+
+def _fits(diagnosis: Diagnosis) -> bool:
+    """True if nothing is missing where the model was fitted."""
+    if diagnosis.outcome is Outcome.UNKNOWN:
+        return not diagnosis.steps and not diagnosis.unexplained.is_there
+    return diagnosis.outcome in {Outcome.NOTHING_MISSING, Outcome.REFIT}
 
 
 def last_fit(diagnosis: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]:
@@ -311,7 +326,20 @@ def _unknown(result: DiagnosisResult) -> Iterator[str]:
     yield from result.refitted.text[1:2]
 
 
-OPENINGS = MappingProxyType({Outcome.NOTHING_MISSING: _nothing, Outcome.REFIT: _refit, Outcome.UNKNOWN: _unknown})
+def _out_of_range(result: DiagnosisResult) -> Iterator[str]:
+    yield f"The model fits what it was fitted to and fails beyond its range: where fitted, {_size(result)}."
+    yield from range_sentences(result.out_of_range)
+    yield from _nearest(result)
+
+
+OPENINGS = MappingProxyType(
+    {
+        Outcome.NOTHING_MISSING: _nothing,
+        Outcome.REFIT: _refit,
+        Outcome.UNKNOWN: _unknown,
+        Outcome.OUT_OF_RANGE: _out_of_range,
+    }
+)
 """First sentences of outcomes without a name; the others name what is missing."""
 
 

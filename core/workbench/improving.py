@@ -236,6 +236,8 @@ def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
         return "the remaining error has structure that no known effect explains"
     if count < len(result.stages):
         return f"{result.stages[count].effect} has support but does not lower the error on held-out earthquakes"
+    if result.diagnosis.outcome is Outcome.OUT_OF_RANGE:
+        return "no effect is missing where the model was fitted, and it fails on held-out earthquakes; fit with these"
     return None if result.stages else "no further effect is needed"
 
 

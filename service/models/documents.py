@@ -32,6 +32,7 @@ from service.models.results import (
     ImprovementDocument,
     MisfitOut,
     ModelValues,
+    OutOfRangeOut,
     PredictionOut,
     ProfileOut,
     RegionOut,
@@ -103,6 +104,7 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
         set=[one.effect for one in steps[0].alike] if steps else [],
         unknown_flag=result.diagnosis.outcome is Outcome.UNKNOWN or result.diagnosis.is_unknown,
         resembles=list(result.resembles),
+        out_of_range=[OutOfRangeOut.model_validate(one) for one in result.out_of_range],
         unexplained=_unexplained(result.diagnosis),
         steps=[
             StepOut(

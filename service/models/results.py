@@ -294,6 +294,26 @@ class UnexplainedOut(Result):
     )
 
 
+class ExceededOut(Result):
+    """A quantity that a held-out earthquake has beyond the range of the fitted ones."""
+
+    quantity: str = Field(description="`displacement` (m), `velocity` (m/s) or `temperature` (°C).")
+    limit: Value = Field(description="End of the fitted range.")
+    reached: Value = Field(description="Largest value in the earthquake, or its temperature.")
+    share: Value = Field(description="Share of the squared error that lies beyond the limit.")
+
+
+class OutOfRangeOut(Result):
+    """A held-out earthquake in which the model fails although it fits the others."""
+
+    name: str = Field(description="Name of the earthquake.")
+    direction: str = Field(description="x or y.")
+    noise_ratio: Value = Field(description="Error over the error that noise alone makes.")
+    noise_ratio_fitted: Value = Field(description="The same where the model was fitted, in this direction.")
+    nrmse: Value = Field(description="Error over the force there.")
+    exceeded: list[ExceededOut] = Field(description="That with most of the error first; empty if all are within.")
+
+
 class Findings(Result):
     """Content of a diagnosis."""
 
@@ -303,6 +323,9 @@ class Findings(Result):
     set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
     resembles: list[str] = Field(
         default=[], description="If the outcome is `unknown`: the nearest effects, none of which is the cause itself."
+    )
+    out_of_range: list[OutOfRangeOut] = Field(
+        default=[], description="Held-out earthquakes in which the last version fails, the largest failure first."
     )
     unknown_flag: bool = Field(description="True if something is missing that the known effects do not explain.")
     unexplained: UnexplainedOut = Field(description="Structure that remains after all steps.")

@@ -264,8 +264,8 @@ class DiagnosisRow(Answer):
     id: int = Field(description="Its number.")
     model: int = Field(description="Number of the model.")
     outcome: str = Field(
-        description="`nothing_missing`, `refit`, `effect`, `one_of_set`, `family`, `unknown`, `sensor_fault`, "
-        "`superstructure` or `mass`."
+        description="`nothing_missing`, `refit`, `effect`, `one_of_set`, `family`, `unknown`, `out_of_range`, "
+        "`sensor_fault`, `superstructure` or `mass`."
     )
     explanation: str = Field(description="The same and more, in words.")
     fitted: list[int] = Field(description="Numbers of the events that candidates were fitted to.")
