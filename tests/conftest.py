@@ -11,6 +11,7 @@ os.environ.setdefault(
     "OMP_NUM_THREADS", "1"
 )  # before the first import of NumPy: processes share the cores, not threads
 os.environ.setdefault("MENSHIN_JOBS__KEPT_ROOM", "0")  # what one run kept would hide what the next one computes
+os.environ.setdefault("MENSHIN_JOBS__WARM", "false")  # 3 s of processor time for each process of each service
 
 import pytest
 from cached_executor import CachedExecutor

@@ -94,8 +94,8 @@ class Worker:
         self.put_back()
 
     def warm(self) -> None:
-        """Warm every process of this machine; a Dask cluster's workers are left alone."""
-        if self.warming is not None and self.settings.jobs.executor == "local":
+        """Warm every process of this machine where the settings say so; a Dask cluster's workers are left alone."""
+        if self.warming is not None and self.settings.jobs.warm and self.settings.jobs.executor == "local":
             with without_interrupts():
                 for _ in range(self.settings.jobs.workers):  # each takes one, since it takes longer than to begin
                     self.executors().submit(self.warming)

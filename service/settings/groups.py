@@ -173,6 +173,9 @@ class Jobs(Group):
     kept_room: Annotated[float, Field(ge=0)] = Field(
         default=1.0, description="GB of analyses kept on disk for work on models, in the user's cache folder; 0: none"
     )
+    warm: bool = Field(
+        default=True, description="idle processes load what work on models needs, some 320 MB each, before it comes"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

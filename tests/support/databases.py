@@ -46,7 +46,7 @@ def prepare(server: str) -> None:
 def postgresql(server: str, template: str = TEMPLATE) -> Iterator[str]:
     """Address of a new copy at a prepared server, dropped afterwards; a copy of `template0` has no table."""
     name = f"test_{next(NUMBERS)}"
-    _at(server, f"CREATE DATABASE {name} TEMPLATE {template}")
+    _at(server, f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY FILE_COPY")
     try:
         yield make_url(server).set(drivername="postgresql+psycopg", database=name).render_as_string(hide_password=False)
     finally:

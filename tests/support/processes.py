@@ -16,7 +16,8 @@ COMMAND = (sys.executable, "-c", "from service.cli import app; app()")
 def environment(database_url: str, **more: str) -> dict[str, str]:
     """For a process of ours at a database."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("MENSHIN_")}
-    return kept | {"MENSHIN_DATABASE_URL": database_url, "OMP_NUM_THREADS": "1"} | more
+    usual = {"MENSHIN_DATABASE_URL": database_url, "MENSHIN_JOBS__WARM": "false", "OMP_NUM_THREADS": "1"}
+    return kept | usual | more
 
 
 def run(

@@ -137,7 +137,7 @@ def url(tmp_path: Path, incoming: Path) -> str:
 def until_taken(url: str, incoming: Path, number: int) -> None:
     """A new record comes in and is read; at a second's interval that takes seconds, unless looks have stopped."""
     (incoming / f"{number}.mseed").write_bytes(miniseed(stream(START + timedelta(hours=number), seconds=5)))
-    end = monotonic() + 30
+    end = monotonic() + 120
     while True:
         with opened.sessions(url)() as session:
             if session.scalar(select(func.count()).where(Recording.state == "read")) == number:

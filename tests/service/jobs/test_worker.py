@@ -262,7 +262,8 @@ def test_stopping_puts_claims_back_at_once(sessions: sessionmaker[Session], even
 def test_processes_of_an_idle_worker_load_what_a_diagnosis_needs(sessions: sessionmaker[Session]) -> None:
     processes = local_processes(1)
     end(processes, SETTINGS)
-    idle, stop = Worker(sessions, processes, SETTINGS, KINDS, warming=warm), Signal()
+    settings = Settings(jobs={"workers": 1, "warm": True})  # as a service has it unless it is told otherwise
+    idle, stop = Worker(sessions, processes, settings, KINDS, warming=warm), Signal()
     ending = Timer(1.5 * WARMED_AFTER, stop.set)
     ending.start()
     try:
@@ -272,3 +273,19 @@ def test_processes_of_an_idle_worker_load_what_a_diagnosis_needs(sessions: sessi
     finally:
         ending.join()
         end(processes, SETTINGS)
+
+
+@pytest.mark.parametrize("is_wanted", [True, False])
+def test_no_process_starts_to_be_warmed_where_the_settings_forbid_it(
+    sessions: sessionmaker[Session], is_wanted: bool
+) -> None:
+    given: list[object] = []
+
+    class Listening(Executor):
+        def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:  # noqa: ANN401
+            given.append(function)
+            return Future()
+
+    settings = Settings(jobs={"workers": 2, "warm": is_wanted})
+    Worker(sessions, Listening, settings, KINDS, warming=warm).warm()
+    assert given == [warm, warm][: 2 * is_wanted]
