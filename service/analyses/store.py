@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session, undefer
 
-from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis, analyse
 from core.arrays import Vector
 from core.description import BuildingDescription
 from core.identification.modes import Mode
@@ -29,6 +29,7 @@ from service.analyses.tables import (
 from service.buildings import store as building_store
 from service.buildings.tables import Revision
 from service.db.blobs import decode, encode_history
+from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.records.tables import Event, EventRecording, Recording, Waveform
 from service.settings import Settings
@@ -64,6 +65,28 @@ def analysis_key(segments: Sequence[Segment], description_sha256: str, settings:
         digest.update(repr((one.channel, one.start, one.rate)).encode())
         digest.update(hashlib.sha256(one.samples.tobytes()).digest())
     return digest.hexdigest()
+
+
+def kept_analysis(
+    segments: Sequence[Segment],
+    description: BuildingDescription,
+    description_sha256: str,
+    settings: AnalysisSettings,
+    kept: Kept,
+) -> EventAnalysis:
+    """The analysis that is kept, or a new one, which is kept from then on; an empty digest keeps none.
+
+    Raises:
+        CoreError: as `analyse`.
+    """
+    if not description_sha256:
+        return analyse(segments, description, settings)
+    key = analysis_key(segments, description_sha256, settings)
+    found: EventAnalysis | None = kept.find(key)
+    if found is None:
+        found = analyse(segments, description, settings)
+        kept.add(key, found)
+    return found
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:

@@ -5,13 +5,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.inputs import REFUSED, current_settings, end, levels_by_name, read_building, write_json
+from service.cli.inputs import (
+    REFUSED,
+    current_settings,
+    description_digest,
+    end,
+    kept_analyses,
+    levels_by_name,
+    read_building,
+    say_kept,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from core.analysis import AnalysisSettings, EventAnalysis
     from core.description import BuildingDescription
     from service.buildings.description import BuildingFile
-    from service.records.event_files import EventFiles
 
 app = typer.Typer()
 
@@ -51,6 +60,7 @@ def analyse(
 
     Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
     """
+    from service.analyses.store import kept_analysis
     from service.formats import FormatError
     from service.records.event_files import events
 
@@ -63,25 +73,32 @@ def analyse(
     if not earthquakes:
         raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
     stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(earthquakes) > 1 else "" for event in earthquakes]
+    kept, digest = kept_analyses(), description_digest(building)
     results = [
-        _analysed(event, described, settings, _stamped(json, stamp), out and out / stamp)
+        _shown(
+            kept_analysis(event.segments, described.description, digest, settings, kept),
+            described,
+            settings,
+            _stamped(json, stamp),
+            out and out / stamp,
+        )
         for event, stamp in zip(earthquakes, stamps, strict=True)
     ]
+    say_kept(kept)
     if any(result.refusal is not None for result in results):
         raise typer.Exit(REFUSED)
 
 
-def _analysed(
-    event: "EventFiles",
+def _shown(
+    result: "EventAnalysis",
     building: "BuildingFile",
     settings: "AnalysisSettings",
     json: Path | None,
     out: Path | None,
 ) -> "EventAnalysis":
-    """The analysis of one event; its summary is printed, and the files that were requested are written."""
+    """The analysis of one event, whose summary is printed, and the files that were requested are written."""
     from rich.console import Console
 
-    from core.analysis import analyse as analyse_event
     from service.analyses.document import file_results
     from service.analyses.report import summary, write_files
     from service.verdict import terminal as verdict_terminal
@@ -89,7 +106,6 @@ def _analysed(
     from service.verdict.schema import verdict_out
 
     description = building.description
-    result = analyse_event(event.segments, description, settings)
     assessment = of_analysis(result, description, building.limits)
     Console().print(summary(result, description))
     Console().print(verdict_terminal.checks(assessment))

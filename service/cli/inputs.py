@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from core.description import BuildingDescription
     from core.workbench.earthquakes import Earthquakes
     from service.buildings.description import BuildingFile
+    from service.jobs.kept import Kept
     from service.jobs.stages import ReportStep
     from service.models.model_file import ModelFile
     from service.settings import Settings
@@ -120,8 +121,6 @@ def read_records(
         held_out: records of earthquakes that nothing is fitted to.
     """
     from core.analysis import AnalysisSettings
-    from service.buildings.description import stored
-    from service.jobs.kept import kept_by_user
     from service.models.model_file import ModelFileError, read as read_model
     from service.models.operations import Reading, records
 
@@ -135,11 +134,33 @@ def read_records(
         message = f"{model} is of building {read.building!r}, {building} describes {code!r}"
         raise typer.BadParameter(message, param_hint="MODEL")
     settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band)
-    digest = sha256(stored(read_text(building)).encode()).hexdigest()
-    kept = kept_by_user(current_settings().jobs.kept_room)
+    kept = kept_analyses()
     with refusals():
-        reading = Reading(read.directions, read.reference, settings, digest, kept)
-        return read, records(files, held_out, described, reading, report_step)
+        reading = Reading(read.directions, read.reference, settings, description_digest(building), kept)
+        found = records(files, held_out, described, reading, report_step)
+    say_kept(kept)
+    return read, found
+
+
+def kept_analyses() -> "Kept":
+    """Analyses of this user's earlier commands."""
+    from service.jobs.kept import kept_by_user
+
+    return kept_by_user(current_settings().jobs.kept_room)
+
+
+def description_digest(building: Path) -> str:
+    """Digest of a building file with the files that it names."""
+    from service.buildings.description import stored
+
+    return sha256(stored(read_text(building)).encode()).hexdigest()
+
+
+def say_kept(kept: "Kept") -> None:
+    """Say on standard error how many analyses were taken from those that are kept."""
+    if kept.found:
+        analyses = "1 analysis was" if kept.found == 1 else f"{kept.found} analyses were"
+        typer.echo(f"{analyses} kept by an earlier command in {kept.folder}", err=True)
 
 
 def read_usable_records(

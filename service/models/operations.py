@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from core import workbench
-from core.analysis import AnalysisSettings, EventAnalysis, analyse
+from core.analysis import AnalysisSettings
 from core.description import BuildingDescription
 from core.errors import CoreError, RecordError
 from core.record import Direction
@@ -17,7 +17,7 @@ from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, Recording, analysed, joined
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
-from service.analyses.store import analysis_key
+from service.analyses.store import kept_analysis
 from service.buildings.description import BuildingFile
 from service.jobs.kept import Kept
 from service.jobs.stages import ReportStep
@@ -167,20 +167,10 @@ def _analysed(
 ) -> AnalysedEarthquake:
     name = _name(event)
     try:
-        analysis = _kept_analysis(event, description, reading)
+        analysis = kept_analysis(
+            event.segments, description, reading.description_sha256, reading.settings, reading.kept
+        )
     except CoreError as error:
         return AnalysedEarthquake(name, None, (), str(error))
     recording = Recording(event.segments, description, reading.settings, tuple(reading.directions), reference)
     return analysed(name, analysis, recording)
-
-
-def _kept_analysis(event: EventFiles, description: BuildingDescription, reading: Reading) -> EventAnalysis:
-    """The analysis of an earlier command, or a new one, which is kept."""
-    if not reading.description_sha256:
-        return analyse(event.segments, description, reading.settings)
-    key = analysis_key(event.segments, reading.description_sha256, reading.settings)
-    found: EventAnalysis | None = reading.kept.find(key)
-    if found is None:
-        found = analyse(event.segments, description, reading.settings)
-        reading.kept.add(key, found)
-    return found

@@ -171,7 +171,8 @@ class Jobs(Group):
     dask_address: str | None = Field(default=None, description='address of the Dask scheduler, for executor = "dask"')
 
     kept_room: Annotated[float, Field(ge=0)] = Field(
-        default=1.0, description="GB of analyses kept on disk for work on models, in the user's cache folder; 0: none"
+        default=1.0,
+        description="GB of analyses kept on disk for later commands and jobs, in the user's cache folder; 0: none",
     )
     warm: bool = Field(
         default=True, description="idle processes load what work on models needs, some 320 MB each, before it comes"
