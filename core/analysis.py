@@ -22,7 +22,7 @@ from core.isolation_layer.equivalent import (
     with_slow_errors,
 )
 from core.isolation_layer.layer import AxialLoad, axial_load, layer_motion, layer_torsion
-from core.isolation_layer.motion import MeasuredMotion
+from core.isolation_layer.motion import Integral, MeasuredMotion
 from core.record import Direction, Finding, Record, Segment
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
@@ -55,6 +55,8 @@ class AnalysisSettings:
     """Hz, to which records are resampled."""
     band: tuple[float, float] = (0.1, 30.0)
     """Hz, pass band of everything that is estimated."""
+    integral: Integral = "recorded"
+    """Motion from a displacement channel that was integrated from accelerations: recorded or restored."""
 
 
 USUAL = AnalysisSettings()
@@ -240,7 +242,7 @@ def _direction(
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
     estimate = ESTIMATORS[settings.estimator](superstructure)
     force = with_mass_errors(estimate, superstructure, description.mass_uncertainty)
-    motion, findings = layer_motion(record, description, direction)
+    motion, findings = layer_motion(record, description, direction, settings.integral)
     findings += assessment_findings(force.assessment, direction)
     if motion is None:
         return DirectionAnalysis(_slim(force), None, ()), findings

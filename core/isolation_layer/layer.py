@@ -7,7 +7,8 @@ import numpy as np
 from core.arrays import Vector
 from core.description import BuildingDescription
 from core.isolation_layer.fusion import differentiate, fuse, integrate
-from core.isolation_layer.motion import MeasuredMotion
+from core.isolation_layer.motion import Integral, MeasuredMotion
+from core.isolation_layer.restoration import LOWEST, high_pass_of, restored
 from core.record import Direction, Finding, Record
 from core.sensors.layer_agreement import agreeing, transducer_reading
 from core.sensors.rigid import RigidLevels
@@ -34,7 +35,7 @@ NO_MOTION = "no motion of the layer"
 
 
 def layer_motion(
-    record: Record, description: BuildingDescription, direction: Direction
+    record: Record, description: BuildingDescription, direction: Direction, integral: Integral = "recorded"
 ) -> tuple[MeasuredMotion | None, Findings]:
     """Motion of the layer from a transducer, from accelerometers or from both; None without either. With its findings.
 
@@ -44,6 +45,7 @@ def layer_motion(
         record: complete channels relative to their position at rest, one per level, quantity and direction.
         description: of the building.
         direction: horizontal.
+        integral: what a displacement channel that was integrated from accelerations gives.
     """
     base, ground = description.base.name, description.ground.name
     displacement = record.find(base, "displacement", direction)
@@ -57,7 +59,10 @@ def layer_motion(
         return motion, findings
     if transducer_reading(record, description, direction) is not None:
         return motion, findings
-    return _as_an_integral(motion, relative, record.rate, name)
+    if integral == "recorded":
+        as_it_is, why = _as_an_integral(motion, relative, record.rate, name)
+        return as_it_is, (*why, *_offer(displacement, relative, record.rate, name))
+    return _restored(motion, displacement, relative, record.rate, name)
 
 
 def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tuple[MeasuredMotion | None, Findings]:
@@ -145,6 +150,45 @@ def _as_an_integral(
         band=integral.band,
         residual=None,
     ), findings
+
+
+def _offer(displacement: Vector, relative: Vector, rate: float, name: str) -> Findings:
+    """A note that the slow motion can be restored, where the channel's high-pass is recognised."""
+    found = high_pass_of(displacement, relative, rate)
+    if found is None:
+        return ()
+    message = (
+        f"{name}: the displacement channel follows the accelerations through a high-pass of {found.corner:.2g} Hz; the "
+        "slow motion that it removed can be restored by the setting `analysis.integral`"
+    )
+    return (Finding("displacement", "note", message, None, found.corner),)
+
+
+def _restored(
+    motion: MeasuredMotion, displacement: Vector, relative: Vector, rate: float, name: str
+) -> tuple[MeasuredMotion | None, Findings]:
+    """The motion from a channel that is an integral, with the slow motion that its high-pass removed."""
+    better, why = restored(displacement, relative, rate), INTEGRAL_CHANNEL
+    if better is None:
+        plain, findings = _as_an_integral(motion, relative, rate, name)
+        message = f"{name}: {why}; its high-pass is not recognised, so that its slow motion could not be restored"
+        return plain, (*findings, _warning(message))
+    corner = better.high_pass.corner
+    message = (
+        f"{name}: {why}; the slow motion that its high-pass of {corner:.2g} Hz removed was restored "
+        f"down to {LOWEST:g} Hz, without the layer's residual offset"
+    )
+    slow = 2 * np.pi * corner
+    return replace(
+        motion,
+        displacement=better.displacement,
+        velocity=better.velocity,
+        displacement_std=np.hypot(better.std, motion.noise),
+        velocity_std=np.hypot(slow * better.std, motion.velocity_std),
+        noise_std=None,
+        band=(LOWEST, rate / 2),
+        residual=None,
+    ), (Finding("displacement", "note", message, None, corner),)
 
 
 def _integrated(

@@ -75,7 +75,7 @@ class AnalysisForm(BaseModel):
     def request(self) -> AnalysisRequest:
         """The settings that differ."""
         band = None if self.low is None or self.high is None else (self.low, self.high)
-        return AnalysisRequest(estimator=self.estimator, sensors=None, rate=self.rate, band=band)
+        return AnalysisRequest(estimator=self.estimator, sensors=None, rate=self.rate, band=band, integral=None)
 
 
 router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])

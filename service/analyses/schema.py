@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJsonSchema
 
 from core.estimators import ESTIMATORS
+from core.isolation_layer.motion import Integral
 from core.record import Severity
 from service.schema import Answer, Number, Page
 from service.verdict.schema import VerdictOut
@@ -308,4 +309,10 @@ class AnalysisRequest(BaseModel):
         None,
         description="Hz, pass band: its low end, below 5, and its high end, which lies below half the rate.",
         examples=[[0.1, 30.0]],
+    )
+    integral: Integral | None = Field(
+        None,
+        description="Motion from a displacement channel that was integrated from accelerations: as recorded, or with "
+        "the slow motion restored that its high-pass removed.",
+        examples=["restored"],
     )

@@ -130,7 +130,7 @@ def settings_of(analysis: Analysis) -> AnalysisSettings:
 def analysis_settings(settings: Settings, arguments: Mapping[str, Any]) -> AnalysisSettings:
     """The service's analysis settings, overridden by the arguments of a job."""
     given = settings.analysis
-    own = AnalysisSettings(estimator=given.estimator, rate=given.rate, band=given.band)
+    own = AnalysisSettings(estimator=given.estimator, rate=given.rate, band=given.band, integral=given.integral)
     return replace(own, **_without_lists(arguments))
 
 

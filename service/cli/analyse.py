@@ -1,7 +1,7 @@
 """`menshin analyse`: the service's chain on files, without a database."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
@@ -55,6 +55,13 @@ def analyse(
             "instrumented one."
         ),
     ] = None,
+    integral: Annotated[
+        str | None,
+        typer.Option(
+            help="Motion from a displacement channel that was integrated from accelerations: recorded or restored; "
+            "default: the setting of this name."
+        ),
+    ] = None,
 ) -> None:
     """Analyse the events in some files: restoring force, modes, equivalent stiffness and damping.
 
@@ -65,7 +72,7 @@ def analyse(
     from service.records.event_files import events
 
     described = read_building(building)
-    settings = _settings(estimator, sensors, described.description)
+    settings = _settings(estimator, sensors, integral, described.description)
     try:
         earthquakes = events(files, described)
     except FormatError as error:
@@ -116,17 +123,23 @@ def _shown(
     return result
 
 
-def _settings(estimator: str | None, sensors: str | None, description: "BuildingDescription") -> "AnalysisSettings":
+def _settings(
+    estimator: str | None, sensors: str | None, integral: str | None, description: "BuildingDescription"
+) -> "AnalysisSettings":
     """The service's own settings, so that both give the same results, and the command's options in their place."""
     from core.analysis import AnalysisSettings
     from core.estimators import ESTIMATORS
+    from core.isolation_layer.motion import Integral
 
     own = current_settings().analysis
     chosen = own.estimator if estimator is None else estimator
     if chosen not in ESTIMATORS:
         raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
     levels = None if sensors is None else levels_by_name(sensors, description)
-    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band)
+    if integral not in (None, *get_args(Integral)):
+        raise typer.BadParameter(f"it is {' or '.join(get_args(Integral))}, not {integral!r}", param_hint="--integral")
+    way = own.integral if integral is None else "restored" if integral == "restored" else "recorded"
+    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band, integral=way)
 
 
 def _stamped(path: Path | None, stamp: str) -> Path | None:

@@ -133,7 +133,7 @@ def read_records(
     if read.building != (code := described.description.code):
         message = f"{model} is of building {read.building!r}, {building} describes {code!r}"
         raise typer.BadParameter(message, param_hint="MODEL")
-    settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band)
+    settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band, integral=own.integral)
     kept = kept_analyses()
     with refusals():
         reading = Reading(read.directions, read.reference, settings, description_digest(building), kept)

@@ -193,6 +193,11 @@ class Analysis(Group):
     )
     rate: Annotated[float, Field(gt=0)] = Field(default=100.0, description="Hz, to which records are resampled")
     band: tuple[float, float] = Field(default=(0.1, 30.0), description="Hz, pass band of all estimates")
+    integral: Literal["recorded", "restored"] = Field(
+        default="recorded",
+        description="motion from a displacement channel that was integrated from accelerations: recorded, or restored, "
+        "with the slow motion that its high-pass removed",
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
