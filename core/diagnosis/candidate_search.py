@@ -24,7 +24,7 @@ from core.model.isolator import Isolator, parameter
 GRID = (5, 3, 2)
 """Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional. A choice."""
 POLISHED = 2
-"""Number of the best places from which a search starts. A choice."""
+"""Number of the best places from which a search starts, besides the best one at another length. A choice."""
 PROMISING = 0.85
 """Share of the best place's gain from which on another place is worth a search. Chosen on even seeds of
 benchmarks.diagnosis."""
@@ -73,8 +73,16 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
         for values in starts(effect, data.observations)
         for model in (Isolator({**base.model.effects, effect: values}),)
     ]
-    best = sorted(places, key=lambda one: -one.gain)[:POLISHED]
-    return tuple(one for one in best if one.gain >= PROMISING * best[0].gain)
+    best = sorted(places, key=lambda one: -one.gain)
+    best = [one for one in best if one.gain >= PROMISING * best[0].gain]
+    other = [one for one in best[POLISHED:] if _lengths(one) != _lengths(best[0])]
+    return (*best[:POLISHED], *other[:1])
+
+
+def _lengths(one: ScoreTest) -> list[float]:
+    """m, at which a law changes abruptly: a search rarely leaves a wrong one."""
+    values = one.model.effects[one.effect]
+    return [values[of.name] for of in EFFECTS[one.effect].parameters if of.unit == "m"]
 
 
 def _is_one_sided(effect: str) -> tuple[bool, ...]:

@@ -1,18 +1,20 @@
 """Physical effects that a model lacks, and whether adding them helps.
 
-Effects are added one at a time, each time the best of those that are left, until the records support no more. Where
-there are several, each is then compared with all others once again and more are added, as long as the force's error
-falls. Whatever no effect explains is reported beside every name: if the library lacks the true effect, a wrong name is
-nearly always significant.
+Effects are added one at a time, each time the best of those that are left, until the records support no more. Unless
+one explains everything, pairs are then searched together, since several effects may have one stand-in. Where there are
+three, each is compared with all others once again and more are added, as long as the force's error falls. Whatever no
+effect explains is reported beside every name: if the library lacks the true effect, a wrong name is nearly always
+significant.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TypeAlias
+from typing import Protocol
 
 import numpy as np
 
+from core.diagnosis.joint_effects import Joint, best_pair
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped, Ranking, ScoredCandidate, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
@@ -24,6 +26,8 @@ from core.fitting.fit import Fit, chi_square, error, weighted_fit
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 
+PAIR = 2
+"""Effects that are searched together."""
 MOST_EFFECTS = 3
 """Effects that one diagnosis adds at most. A choice."""
 FEW_EFFECTS = 2
@@ -54,8 +58,11 @@ NEARLY = 0.9
 that take this share may be meant."""
 
 
-Rank: TypeAlias = Callable[[Isolator], Ranking]
-"""Ranks the effects that a model is without."""
+class Rank(Protocol):
+    """Ranks the effects that a model is without."""
+
+    def __call__(self, now: Isolator, known: Isolator | None = None) -> Ranking:
+        """Ranking for the model `now`, with one effect more at known values."""
 
 
 class Outcome(Enum):
@@ -173,15 +180,19 @@ def diagnosed(
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     allowed_effects = sorted(EFFECTS if effects is None else effects)
 
-    def rank(now: Isolator) -> Ranking:
-        return ranked(by_noise, now, [name for name in allowed_effects if name not in now.effects])
+    def rank(now: Isolator, known: Isolator | None = None) -> Ranking:
+        return ranked(by_noise, now, [name for name in allowed_effects if name not in now.effects], known)
 
     first = rank(model)
     steps, last = _added([], first, rank, report_step)
+    if steps and (len(steps) > 1 or last.noise_ratio(last.base) > ABOVE_NOISE):
+        report_step(f"{_named(steps)}; testing pairs of effects")
+        pair = best_pair(by_noise, first, allowed_effects, last.base.model)
+        steps, last = _added(*_by_pair(pair, steps, last, rank), rank, report_step)
     lowest = np.inf
-    while len(steps) > 1 and (now := error(last.data, last.base)) < LOWERS * lowest:
+    while len(steps) > PAIR and (now := error(last.data, last.base)) < LOWERS * lowest:
         lowest = now
-        steps, last = _added(*_swapped(steps, last, rank, report_step), rank, report_step)
+        steps, last = _added(*_swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
     judge = Judge.of(observations, held_out)
     steps, idle, last = _earning(by_noise, judge, steps, last, rank)
     if idle and len(steps) == 1 and (best := _step(first)) and best.chosen.effect != steps[0].chosen.effect:
@@ -250,17 +261,16 @@ def _is_another(step: Step) -> bool:
 
 
 def _swapped(
-    steps: list[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None]
+    steps: list[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None], tested: Sequence[Step]
 ) -> tuple[list[Step], Ranking]:
-    """Each effect but the last one added, once more against all others, now that those after it are there.
+    """Each effect that is to be tested, once more against all others, now that those after it are there.
 
     It is removed if the records support nothing in its place, and replaced if they support another effect, or the same
     effect at values that explain more: the values from before the later ones may lie in a local minimum of the misfit.
     """
-    for step in tuple(steps[:-1]):
+    for step in tuple(tested):
         report_step(f"{_named(steps)}; testing again {step.chosen.effect}, beside the later ones")
-        without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
-        ranking = rank(without)
+        ranking = rank(_without(last.base.model, step.chosen.effect), last.base.model)
         again = _step(ranking)
         is_named = again is not None and step.chosen.effect in {one.effect for one in again.alike}
         if again is not None and is_named and not _is_off(ranking, again.chosen.fit, last.base.model):
@@ -268,6 +278,33 @@ def _swapped(
         steps = [one for one in steps if one is not step] + ([] if again is None else [again])
         last = rank(ranking.base.model if again is None else again.chosen.fit.model)
     return steps, last
+
+
+def _without(model: Isolator, effect: str) -> Isolator:
+    return Isolator({name: values for name, values in model.effects.items() if name != effect})
+
+
+def _by_pair(joint: Joint | None, steps: list[Step], last: Ranking, rank: Rank) -> tuple[list[Step], Ranking]:
+    """The two effects of a pair instead of the steps, if they explain more, or as much as three; the last ranking."""
+    if joint is None or not _is_better(joint, steps):
+        return steps, last
+    model, made = joint.fit.model, list[Step]()
+    for effect in joint.effects:
+        again = _step(rank(_without(model, effect), model))
+        if again is None:
+            return steps, last
+        made.append(again)
+        model = again.chosen.fit.model
+    return made, rank(model)
+
+
+def _is_better(joint: Joint, steps: Sequence[Step]) -> bool:
+    """True if a pair explains more than the steps: much more than one step, as much as three."""
+    before, after = (error(joint.data, fit) for fit in (joint.so_far, joint.fit))
+    if len(steps) > PAIR:
+        return joint.so_far.chi_square > (1 - ANOTHER_OF_LITTLE) * joint.fit.chi_square
+    lowers = joint.delta_bic < -DECISIVE and after < LOWERS * before
+    return lowers and (len(steps) > 1 or joint.fit.chi_square < (1 - ANOTHER) * joint.so_far.chi_square)
 
 
 def _earning(
@@ -295,15 +332,9 @@ def _earning(
             break
         steps, idle = [step for step in steps if step is not failing[-1]], [failing[-1], *idle]
         last = rank(Isolator({n: v for n, v in now.items() if n != failing[-1].chosen.effect}))
-        steps = [_beside_others(step, last, rank) for step in steps] if len(steps) > 1 else steps
+        if len(steps) > 1:
+            steps, last = _swapped(steps, last, rank, _unreported, steps)
     return steps, idle, last
-
-
-def _beside_others(step: Step, last: Ranking, rank: Rank) -> Step:
-    """The step with the effects that the records cannot distinguish from its own, beside all others as they are now."""
-    ranking = rank(Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect}))
-    again = _step(ranking)
-    return again if again is not None and again.chosen.effect == step.chosen.effect else step
 
 
 def _earns(step: Step, needed: float) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.diagnosis.candidate_search import score_tests, search_in_parallel
+from core.diagnosis.candidate_search import ScoreTest, score_tests, search_in_parallel
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
 from core.fitting.noise import noise_rms, pooled_rms
@@ -114,13 +114,14 @@ def _alike(one: ScoredCandidate, best: ScoredCandidate) -> bool:
     return one.delta_bic - best.delta_bic < DECISIVE or ratio < 1 + ALIKE
 
 
-def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Ranking:
+def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Isolator | None = None) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
     Args:
         by_noise: the records, in the order of their times, weighed by their noise.
         model: without the candidates; its values are where the search begins.
         effects: names of the candidates.
+        known: the model with one of them, at values that are near its best; None if none is known.
 
     Raises:
         ModelError: the model's own force grows beyond all bounds.
@@ -129,6 +130,8 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
     data = reweighted_data(by_noise, base)
     base = finite_fit(data, base.model)
     seen = score_tests(data, base, effects)
+    if known is not None:
+        seen = _from_known(seen, base, known)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
     fits = search_in_parallel(data, {places[0].effect: [place.model for place in places] for places in promising})
@@ -154,6 +157,14 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
         np.array([noise_rms(w) for w in by_noise.whitenings]),
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
     )
+
+
+def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:
+    """Places to search from, with the known values before all others."""
+    (effect,) = set(known.effects) - set(base.model.effects)
+    own = next((places for places in seen if places[0].effect == effect), ())
+    gain = max((places[0].gain for places in seen), default=0.0)
+    return ((ScoreTest(effect, known, gain), *own), *(places for places in seen if places is not own))
 
 
 def _scored(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> ScoredCandidate:
