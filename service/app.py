@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from datetime import timedelta
+from functools import cache
 from threading import Event as Signal
 from typing import Any
 
@@ -11,6 +12,7 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
+from starlette.routing import BaseRoute
 
 from service.access import api as access_api, auth, pages as access_pages
 from service.access.api import keys as key_api, links as link_api
@@ -112,6 +114,17 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.add_exception_handler(NulError, problems.text_problem)
     app.add_exception_handler(SecretKeyError, problems.secret_key_problem)
     error_pages.install(app)
+    app.router.routes.extend(_routes())
+    app.mount("/static", StaticFiles(directory=FOLDER / "static"))
+    app.add_api_route("/openapi.json", openapi_document, include_in_schema=False)
+    app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
+    return app
+
+
+@cache
+def _routes() -> list[BaseRoute]:
+    """Routes of the API and the pages, which are read once per process: several applications share them."""
+    every = APIRouter()
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     model_rooms = (effects, models, comparisons)
     message_rooms = (alert_api, access_api, key_api, link_api, recipients, messages)
@@ -127,9 +140,9 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
         recordings,
     ):
         api.include_router(module.router)
-    app.include_router(api)
-    app.include_router(recordings.pages)
-    app.include_router(fdsn.router, dependencies=[Depends(auth.viewer)])
+    every.include_router(api)
+    every.include_router(recordings.pages)
+    every.include_router(fdsn.router, dependencies=[Depends(auth.viewer)])
     pages = (
         api_page,
         building_pages,
@@ -147,13 +160,10 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
         key_pages,
     )
     for module in (*pages, health_api):  # each checks access by itself
-        app.include_router(module.router)
-    app.include_router(languages.router)
-    app.include_router(libraries.router)
-    app.mount("/static", StaticFiles(directory=FOLDER / "static"))
-    app.add_api_route("/openapi.json", openapi_document, include_in_schema=False)
-    app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
-    return app
+        every.include_router(module.router)
+    every.include_router(languages.router)
+    every.include_router(libraries.router)
+    return every.routes
 
 
 @asynccontextmanager
