@@ -21,12 +21,14 @@ from core.fitting.fit import Fit
 from core.fitting.observation import Observation
 from core.model.first_model import first_model
 from core.model.isolator import Isolator
+from core.record import Direction
 from core.rounding import plain
 from core.tables import Table, report
 from core.units import percent
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
+from core.workbench.directions import DirectionDiagnosis, direction_sentences, each_direction
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
 from core.workbench.out_of_range import OutOfRange, out_of_range, range_sentences
@@ -78,6 +80,8 @@ class DiagnosisResult:
     """The model as given, refitted, then those of the stages."""
     out_of_range: tuple[OutOfRange, ...] = ()
     """Held-out earthquakes in which the last version fails although it fits the others."""
+    directions: tuple[DirectionDiagnosis, ...] = ()
+    """Diagnoses of each direction by itself; none where only one was looked at."""
     diverging: tuple[Dropped, ...] = ()
     """Effects whose force grew beyond all bounds in a held-out earthquake."""
 
@@ -116,7 +120,9 @@ class DiagnosisResult:
         """Sentences: what is missing, the worth of adding it, what is open and which records would decide it."""
         opening = OPENINGS.get(self.diagnosis.outcome, _missing)(self)
         outside = () if self.diagnosis.outcome is Outcome.OUT_OF_RANGE else range_sentences(self.out_of_range)
-        return (*fault_sentences(self.faults), *opening, *_after(self), *outside, *_open(self), *_dropped(self))
+        apart = direction_sentences(self.directions)
+        told = (*opening, *apart, *_after(self), *outside, *_open(self), *_dropped(self))
+        return (*fault_sentences(self.faults), *told)
 
     def __str__(self) -> str:
         versions = (*self.versions[:2], *self.versions[2:][-1:])
@@ -132,17 +138,20 @@ def diagnose(
     *,
     hold_out: Collection[str] = (),
     effects: Collection[str] | None = None,
+    directions: Collection[Direction] | None = None,
     progress: Progress = silent,
 ) -> DiagnosisResult:
     """Try every effect that the model does not have, and add those that the records support.
 
-    Faults of sensors are corrected before in a copy of the records, where they are at hand.
+    Faults of sensors are corrected before in a copy of the records, where they are at hand. Effects are added to the
+    model in its own directions; each direction is also diagnosed by itself.
 
     Args:
         model: of the isolation layer.
         earthquakes: observations of one building.
         hold_out: names of the earthquakes that only test the result.
         effects: names of the effects that may be added; None for all.
+        directions: horizontal directions to look at by themselves; None for all that the records have.
         progress: called with each step.
 
     Raises:
@@ -177,6 +186,7 @@ def diagnose(
     failing = out_of_range(versions[-1].errors, seen)
     if failing and _fits(diagnosis):
         diagnosis = replace(diagnosis, outcome=Outcome.OUT_OF_RANGE)
+    each = each_direction(diagnosis, model, seen, directions, offered, lambda so_far: progress(so_far, 3, 4))
     progress("diagnosed", 4, 4)
     return DiagnosisResult(
         given=model,
@@ -189,6 +199,7 @@ def diagnose(
         stages=staged,
         versions=tuple(versions),
         out_of_range=failing,
+        directions=each,
         diverging=tuple(diverging),
     )
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -216,6 +216,9 @@ def diagnose(
     files: Files,
     building: Building,
     hold_out: HoldOut = None,
+    direction: Annotated[
+        Direction, typer.Option(help="Directions to look at by themselves; xy for all that the records have.")
+    ] = Direction.xy,
     json: Json = None,
     html: Html = None,
 ) -> None:
@@ -234,7 +237,8 @@ def diagnose(
         if not records.observations:
             _end_with_faults(given.building, records, json)
         with refusals():
-            done = operations.diagnose(given, model.name, records, report_step)
+            wanted: tuple[Literal["x", "y"], ...] = tuple(one for one in ("x", "y") if one in direction.value)
+            done = operations.diagnose(given, model.name, records, report_step, directions=wanted)
     _show(report.diagnosis(done), json, lambda: documents.diagnosis(done), html, lambda: report.diagnosis_file(done))
 
 

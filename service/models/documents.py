@@ -12,6 +12,7 @@ from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.workbench.comparing import ComparisonResult
 from core.workbench.diagnosing import DiagnosisResult, fault_sentences, first_cause
+from core.workbench.directions import DirectionDiagnosis, only_in_one
 from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, ModelErrors, Version
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
@@ -24,6 +25,7 @@ from service.models.results import (
     ComparisonDocument,
     Covariance,
     DiagnosisDocument,
+    DirectionOut,
     DroppedOut,
     EventErrors,
     ExtensionDocument,
@@ -105,6 +107,7 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
         unknown_flag=result.diagnosis.outcome is Outcome.UNKNOWN or result.diagnosis.is_unknown,
         resembles=list(result.resembles),
         out_of_range=[OutOfRangeOut.model_validate(one) for one in result.out_of_range],
+        directions=_directions(result.directions),
         unexplained=_unexplained(result.diagnosis),
         steps=[
             StepOut(
@@ -122,6 +125,22 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
         explanation=" ".join(result.text),
         unused=list(result.earthquakes.unused),
     )
+
+
+def _directions(each: Sequence[DirectionDiagnosis]) -> list[DirectionOut]:
+    only = [(here.direction, step.chosen.effect) for here, step, _ in only_in_one(each)]
+    return [
+        DirectionOut(
+            direction=one.direction,
+            outcome=one.diagnosis.outcome.value,
+            set=[candidate.effect for candidate in one.diagnosis.named[0].alike] if one.diagnosis.named else [],
+            effects=[step.chosen.effect for step in one.diagnosis.named],
+            only_here=[effect for direction, effect in only if direction == one.direction],
+            resembles=list(one.diagnosis.resembles),
+            in_noise_floors=one.diagnosis.unexplained.noise_ratio,
+        )
+        for one in each
+    ]
 
 
 def _unexplained(diagnosis: Diagnosis) -> UnexplainedOut:

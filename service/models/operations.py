@@ -89,9 +89,13 @@ def diagnose(
     earthquakes: Earthquakes,
     report_step: ReportStep,
     effects: Collection[str] | None = None,
+    directions: Collection[Direction] | None = None,
 ) -> Work[DiagnosisResult]:
-    """Try every effect that a model does not have, or those of some names; errors as of `fit`."""
-    result = workbench.diagnose(given.isolator, earthquakes, effects=effects, progress=report_step)
+    """Try every effect that a model does not have, or those of some names, in all directions or in some; errors as of
+    `fit`."""
+    result = workbench.diagnose(
+        given.isolator, earthquakes, effects=effects, directions=directions, progress=report_step
+    )
     return work(result, given, parent)
 
 

@@ -314,6 +314,18 @@ class OutOfRangeOut(Result):
     exceeded: list[ExceededOut] = Field(description="That with most of the error first; empty if all are within.")
 
 
+class DirectionOut(Result):
+    """What a model lacks in one direction, diagnosed by itself."""
+
+    direction: str = Field(description="x or y.")
+    outcome: str = Field(description="Of this direction alone, see `DiagnosisRow`.")
+    set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
+    effects: list[str] = Field(description="Missing effects, one after the other.")
+    only_here: list[str] = Field(description="Those of them that are not missing in the other direction.")
+    resembles: list[str] = Field(description="If the outcome is `unknown`: the nearest effects.")
+    in_noise_floors: Value = Field(description="Noise ratio with these effects.")
+
+
 class Findings(Result):
     """Content of a diagnosis."""
 
@@ -326,6 +338,9 @@ class Findings(Result):
     )
     out_of_range: list[OutOfRangeOut] = Field(
         default=[], description="Held-out earthquakes in which the last version fails, the largest failure first."
+    )
+    directions: list[DirectionOut] = Field(
+        default=[], description="Each direction by itself; empty where the records have one, or only one was wanted."
     )
     unknown_flag: bool = Field(description="True if something is missing that the known effects do not explain.")
     unexplained: UnexplainedOut = Field(description="Structure that remains after all steps.")

@@ -1,0 +1,135 @@
+"""A diagnosis of each horizontal direction by itself: an effect may act in one of them only, such as a wall."""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from core.comparison.compared import compare_forces, force_misfit
+from core.diagnosis.missing_effects import Diagnosis, Outcome, Step, diagnosed
+from core.effects import EFFECTS
+from core.errors import ModelError
+from core.fitting.observation import Observation, observations
+from core.model.isolator import Isolator
+from core.record import Direction
+from core.rounding import plain
+from core.units import shown
+from core.workbench.earthquakes import Earthquakes
+from core.workbench.texts import titled
+
+HORIZONTAL: tuple[Direction, ...] = ("x", "y")
+EXCLUDED = 1.5
+"""Factor by which an effect of the other direction raises the error, from which on the records exclude it. A choice."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DirectionDiagnosis:
+    """What the model lacks in one direction."""
+
+    direction: Direction
+    diagnosis: Diagnosis
+    earthquakes: Earthquakes
+    """Observations in this direction."""
+
+    @property
+    def largest(self) -> float:
+        """m, largest displacement that it was fitted to."""
+        return max(float(np.abs(one.layer.displacement).max()) for one in self.earthquakes.fitted)
+
+
+def each_direction(
+    whole: Diagnosis,
+    model: Isolator,
+    seen: Earthquakes,
+    directions: Collection[Direction] | None,
+    offered: Collection[str],
+    report_step: Callable[[str], None],
+) -> tuple[DirectionDiagnosis, ...]:
+    """The diagnosis of each direction alone; none where the records have one, or only one is wanted.
+
+    Args:
+        whole: the diagnosis of the model by all its directions together.
+        model: that was diagnosed; its values are where the search begins in every direction.
+        seen: the earthquakes that it was diagnosed by.
+        directions: those to look at; None for all.
+        offered: names of the effects that may be added.
+        report_step: called with each step.
+    """
+    known = {
+        direction: found
+        for direction in HORIZONTAL
+        if (directions is None or direction in directions) and (found := _along(seen, direction)).fitted
+    }
+    if len(known) < len(HORIZONTAL):
+        return ()
+    each = []
+    for direction, earthquakes in known.items():
+        report_step(f"diagnosing direction {direction}")
+        try:
+            alone = (
+                whole
+                if seen.directions == (direction,)
+                else diagnosed(earthquakes.fitted, model, offered, report_step, earthquakes.tested)
+            )
+        except ModelError:  # a value of one direction that is impossible in the other
+            return ()
+        each.append(DirectionDiagnosis(direction, alone, earthquakes))
+    return tuple(each)
+
+
+def _along(seen: Earthquakes, direction: Direction) -> Earthquakes:
+    """The earthquakes in one direction, which need not be the model's."""
+    there = [one for one in seen.observations if one.direction == direction]
+    return Earthquakes(tuple(there or _across(seen, direction)), band=seen.band, held_out=seen.held_out)
+
+
+def _across(seen: Earthquakes, direction: Direction) -> Iterator[Observation]:
+    for one in seen.sources:
+        if one.analysis is None or one.recording is None:
+            continue
+        every = observations(one.analysis, one.recording.description, one.name, one.recording.reference)
+        yield from (found for found in every if found.direction == direction)
+
+
+def only_in_one(each: Sequence[DirectionDiagnosis]) -> Iterator[tuple[DirectionDiagnosis, Step, DirectionDiagnosis]]:
+    """Effects that are missing in one direction only: that direction, the step, and the other direction."""
+    for here, other in permutations(each, 2):
+        there = {one.effect for step in other.diagnosis.named for one in step.alike}
+        families = {EFFECTS[name].family for name in there}
+        for step in here.diagnosis.named:
+            if EFFECTS[step.chosen.effect].family not in families:
+                yield here, step, other
+
+
+def direction_sentences(each: Sequence[DirectionDiagnosis]) -> Iterator[str]:
+    """Sentences on effects that act in one direction only; none where both directions lack the same."""
+    for here, step, other in only_in_one(each):
+        name, there = step.chosen.effect, other.direction
+        yield f"In direction {here.direction} only: {titled(name)}."
+        yield _in_the_other(here, name, other, there)
+
+
+def _in_the_other(here: DirectionDiagnosis, effect: str, other: DirectionDiagnosis, there: str) -> str:
+    without = other.diagnosis.refitted.model
+    values = here.diagnosis.after.model.effects[effect]
+    before, after = (
+        _noise_ratio(one, other.earthquakes) for one in (without, Isolator({**without.effects, effect: values}))
+    )
+    if after > EXCLUDED * before:
+        return (
+            f"With the same values in direction {there}, the error would rise from {plain(before, 3)} to "
+            f"{plain(after, 3)} times the noise."
+        )
+    if other.diagnosis.outcome is Outcome.UNKNOWN:
+        return f"In direction {there} something is missing that no known effect explains."
+    reach = plain(shown(other.largest, "m"), 3)
+    return f"The records of direction {there}, up to {reach} mm, neither show nor exclude it."
+
+
+def _noise_ratio(model: Isolator, earthquakes: Earthquakes) -> float:
+    """Noise ratio where the direction was fitted; infinite where the force grows beyond all bounds."""
+    try:
+        return force_misfit(compare_forces(model, earthquakes.fitted, earthquakes.band)).noise_ratio
+    except ModelError:
+        return float("inf")
