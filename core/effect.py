@@ -41,6 +41,7 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
         "load": Channel(1.0, "scale of yielding and sliding forces alike"),
         "sharpness": Channel(1.0, "scale of the exponent of the yield"),
         "slope": Channel(1.0, "scale of the hysteresis' initial slope"),
+        "plasticity": Channel(1.0, "scale of the hysteresis' plastic flow"),
         "flow": Channel(1.0, "scale of the rate of the hysteretic variable"),
         "cross_flow": Channel(0.0, "m/s, plastic flow that the motion in the other direction adds"),
     }
@@ -133,6 +134,8 @@ class Effect:
     """Parameters that what it does is proportional to, all of them together; no state depends on them."""
     held: tuple[str, ...] = ()
     """Parameters that a fit keeps fixed, since other parameters have the same effect."""
+    special: Mapping[str, float] = field(default_factory=FrozenDict)
+    """Values of parameters at which the law is a simpler one, such as that of another effect."""
     carried: tuple[str, ...] = ()
     """States that the layer keeps from one earthquake to the next; the others begin each at zero."""
     design: Mapping[str, Callable[..., Any]] = field(default_factory=FrozenDict)
@@ -156,13 +159,14 @@ class Effect:
         if self.kind is not None:
             self._check_kind(self.kind, needs)
         of_design = {name for value in self.design.values() for name in signature(value).parameters}
-        if strange := sorted({*self.absent, *self.linear, *self.held, *of_design} - set(named)):
+        if strange := sorted({*self.absent, *self.linear, *self.held, *self.special, *of_design} - set(named)):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}
         if strange := sorted(kept - set(self.states)):
             raise ModelError(f"{self.title}: {strange} are no states of its own; those are {sorted(self.states)}")
         object.__setattr__(self, "needs", needs)
         object.__setattr__(self, "absent", FrozenDict(self.absent))
+        object.__setattr__(self, "special", FrozenDict(self.special))
         object.__setattr__(self, "design", FrozenDict(self.design))
 
     def _check_kind(self, kind: str, needs: tuple[str, ...]) -> None:

@@ -34,6 +34,8 @@ FREQUENCIES = (0.3, 8.0, 9)
 """Hz, from and to, and how many: of what swings by itself, which may be of a narrow band. A choice."""
 INSTANTS = (0.2, 0.4, 0.6, 0.8)
 """Shares of the layer's travel in an earthquake at which a property may have changed. A choice."""
+CROSS = ("u_cross", "v_cross")
+"""Motion in the other direction, as laws name it."""
 WIDE = 4.0
 """Ratio of the largest to the smallest usual length or speed of an effect within the layer's motion, below which REACH
 applies. A choice."""
@@ -68,6 +70,9 @@ def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple
 
 
 def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[ScoreTest, ...]:
+    if not is_excited(effect, data.observations):
+        usual = {one.name: one.prior.median for one in EFFECTS[effect].parameters}
+        return (ScoreTest(effect, Isolator({**base.model.effects, effect: usual}), 0.0),)
     places = [
         ScoreTest(effect, model, _gain(base.residual, basis, signature(data, base, model), _is_one_sided(effect)))
         for values in starts(effect, data.observations)
@@ -83,6 +88,13 @@ def _lengths(one: ScoreTest) -> list[float]:
     """m, at which a law changes abruptly: a search rarely leaves a wrong one."""
     values = one.model.effects[one.effect]
     return [values[of.name] for of in EFFECTS[one.effect].parameters if of.unit == "m"]
+
+
+def is_excited(effect: str, observations: Sequence[Observation]) -> bool:
+    """False for an effect of motion in the other direction of which there is none in the records."""
+    conditions = [one.conditions for one in observations]
+    across = [getattr(one, name) for name in CROSS if name in EFFECTS[effect].needs for one in conditions]
+    return not across or any(series.any() for series in across)
 
 
 def _is_one_sided(effect: str) -> tuple[bool, ...]:

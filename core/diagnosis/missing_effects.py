@@ -245,9 +245,16 @@ def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
 def _step(ranking: Ranking) -> Step | None:
     """The best effect that the records support; one against which something speaks only where it does against all."""
     supported = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.supported]
-    plausible = [one for one, against in supported if against is None]
+    plausible = without_needless([one for one, against in supported if against is None])
     named = plausible or [one for one, against in supported if against is not None and not against.is_impossible]
     return Step(ranking, named[0], tuple(named)) if named else None
+
+
+def without_needless(alike: Sequence[ScoredCandidate]) -> list[ScoredCandidate]:
+    """Those that contain no simpler law, and those that do and are decisively better than all of them."""
+    contain = {one.effect for one in alike if EFFECTS[one.effect].special}
+    best = min((one.delta_bic for one in alike if one.effect not in contain), default=np.inf)
+    return [one for one in alike if one.effect not in contain or one.delta_bic < best - DECISIVE]
 
 
 def _is_another(step: Step) -> bool:
@@ -370,7 +377,8 @@ def _with_near(step: Step) -> Step:
         and excess(step.ranking.noise_ratio(one.fit)) < (1 - NEARLY) * before
         and objection(one.effect, one.fit, step.ranking.data.observations) is None
     ]
-    return replace(step, alike=(*step.alike, *near))
+    needed = without_needless((*step.alike, *near))
+    return replace(step, alike=(*step.alike, *(one for one in near if one in needed)))
 
 
 def _outcome(

@@ -1,7 +1,8 @@
 """Plausibility of an effect with its fitted values.
 
 An effect is impossible where it has no strength, or makes the layer feed energy into the motion. It is doubtful where a
-value is at the end of its range, or is not determined: its law is then probably wrong. Both are shown with their
+value is at the end of its range, or is not determined: its law is then probably wrong. It is doubtful, too, where a
+simpler law would do, or where it depends on what no record has. Both are shown with their
 reason; neither is named where records do not distinguish a plausible effect from it, and an impossible one never is.
 """
 
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.diagnosis.candidate_search import is_excited
 from core.effects import EFFECTS
 from core.fitting.fit import Fit
 from core.fitting.observation import Observation
@@ -17,6 +19,8 @@ from core.fitting.search import Outcome
 from core.model.force_response import force_history
 from core.model.isolator import Isolator, parameter
 
+CERTAIN = 3.0
+"""Standard deviations by which a value must differ from one at which the law is a simpler one. A choice."""
 FED = 0.05
 """Energy that numerical errors may feed into the motion, as a share of the layer's work. A choice."""
 
@@ -46,7 +50,7 @@ def objection(effect: str, fit: Fit, observations: Sequence[Observation]) -> Obj
     if fed:
         reason = f"the layer would feed energy into the motion in the earthquake of {fed[0].name}"
         return Objection(reason, is_impossible=True)
-    doubt = next(_doubts(effect, fit), None)
+    doubt = next(_doubts(effect, fit, observations), None)
     return None if doubt is None else Objection(doubt, is_impossible=False)
 
 
@@ -56,8 +60,10 @@ def implausible(effect: str, fit: Fit, observations: Sequence[Observation]) -> s
     return None if strongest is None else strongest.reason
 
 
-def _doubts(effect: str, fit: Fit) -> Iterator[str]:
+def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iterator[str]:
     values, about = fit.model.effects[effect], EFFECTS[effect]
+    if not is_excited(effect, observations):
+        yield "it depends on motion in the other direction, which no record has"
     searched = [] if fit.outcome is Outcome.STOPPED else [name for name in values if (effect, name) in fit.free]
     for one in (parameter((effect, name)) for name in searched if name not in about.linear):
         if values[one.name] in one.bounds:
@@ -65,6 +71,9 @@ def _doubts(effect: str, fit: Fit) -> Iterator[str]:
                 yield f"{one.name} is at its smallest allowed value ({one.meaning})"
             else:
                 yield f"{one.name} is at its largest allowed value ({one.meaning})"
+    for name, simple in about.special.items():
+        if (effect, name) in fit.free and abs(values[name] - simple) < CERTAIN * fit.std[effect, name]:
+            yield f"{name} may be {simple:g}, where a simpler law would do ({parameter((effect, name)).meaning})"
     # an instant between two earthquakes need not be known any better
     lost = [name for of, name in fit.undetermined if of == effect and not parameter((of, name)).is_instant]
     if lost:

@@ -12,6 +12,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.diagnosis.candidate_search import ScoreTest, score_tests, search_in_parallel
+from core.effects import EFFECTS
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
 from core.fitting.noise import noise_rms, pooled_rms
@@ -40,6 +41,9 @@ PROMISING = 0.1
 """Share of the best score test's gain from which on another candidate is worth a search,"""
 VISIBLE = 0.015
 """and of what is left over, its power. Chosen on even seeds of benchmarks.diagnosis."""
+
+EXPLAINED = 1.1
+"""Noise ratio that the best of the simple laws must leave for laws that contain simpler ones to be tried. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +91,7 @@ class Ranking:
 
     def noise_ratio(self, fit: Fit) -> float:
         """Error that a fit leaves over the error that noise alone makes, each record by its own noise."""
-        return pooled_rms(self.left(fit) / self.floor, np.array([w.count for w in self.data.whitenings]))
+        return _noise_ratio(self.data, fit, self.floor)
 
     @property
     def supported(self) -> tuple[ScoredCandidate, ...]:
@@ -117,6 +121,9 @@ def _alike(one: ScoredCandidate, best: ScoredCandidate) -> bool:
 def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Isolator | None = None) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
+    Laws that contain simpler ones (`special` of Effect) are candidates only where no simple law explains the records:
+    they would follow a simple one at the price of a parameter or two.
+
     Args:
         by_noise: the records, in the order of their times, weighed by their noise.
         model: without the candidates; its values are where the search begins.
@@ -129,12 +136,14 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Is
     base = finite_fit(by_noise, model)
     data = reweighted_data(by_noise, base)
     base = finite_fit(data, base.model)
-    seen = score_tests(data, base, effects)
-    if known is not None:
-        seen = _from_known(seen, base, known)
-    least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
-    promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
-    fits = search_in_parallel(data, {places[0].effect: [place.model for place in places] for places in promising})
+    floor = np.array([noise_rms(w) for w in by_noise.whitenings])
+    own = set() if known is None else set(known.effects) - set(base.model.effects)
+    simple = [name for name in effects if name in own or not EFFECTS[name].special]
+    seen, fits = _searched(data, base, simple, known)
+    finite = [base, *(fit for fit in fits.values() if fit.outcome is not Outcome.DIVERGED)]
+    if min(_noise_ratio(data, fit, floor) for fit in finite) > EXPLAINED:
+        more, their_fits = _searched(data, base, [name for name in effects if name not in simple])
+        seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)
@@ -144,7 +153,7 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Is
         name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
         for name, fit in judgeable.items()
     }
-    every |= {places[0].effect: at_values(data, places[0].model) for places in seen[len(fits) :]}
+    every |= {one.effect: at_values(data, one.model) for one, *_ in seen if one.effect not in fits}
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
     τ = inflation(data, best)
@@ -154,9 +163,22 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Is
         ordered(candidates),
         data,
         τ,
-        np.array([noise_rms(w) for w in by_noise.whitenings]),
+        floor,
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
     )
+
+
+def _searched(
+    data: FitData, base: Fit, effects: Sequence[str], known: Isolator | None = None
+) -> tuple[tuple[tuple[ScoreTest, ...], ...], dict[str, Fit]]:
+    """Best places of every effect, and the fits of the promising ones."""
+    seen = score_tests(data, base, effects)
+    if known is not None:
+        seen = _from_known(seen, base, known)
+    least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
+    promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
+    fits = search_in_parallel(data, {places[0].effect: [place.model for place in places] for places in promising})
+    return seen, dict(fits)
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:
@@ -165,6 +187,10 @@ def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolato
     own = next((places for places in seen if places[0].effect == effect), ())
     gain = max((places[0].gain for places in seen), default=0.0)
     return ((ScoreTest(effect, known, gain), *own), *(places for places in seen if places is not own))
+
+
+def _noise_ratio(data: FitData, fit: Fit, floor: Vector) -> float:
+    return pooled_rms(rms_by_record(data, fit.residual) / floor, np.array([w.count for w in data.whitenings]))
 
 
 def _scored(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> ScoredCandidate:

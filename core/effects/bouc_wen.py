@@ -11,12 +11,12 @@ TINY = 1e-9
 """A smaller |z| counts as this before a power is taken, which is infinite at zero for n < 1."""
 
 
-def law(v, z, sharpness, slope, flow, cross_flow, growth, relaxing, F_y, D_y, A, beta, gamma, n):
+def law(v, z, sharpness, slope, plasticity, flow, cross_flow, growth, relaxing, F_y, D_y, A, beta, gamma, n):
     exponent = n * sharpness
     # a power in a compiled loop takes ten times as long
     bend = 1.0 if exponent == 1.0 else max(abs(z), TINY) ** (exponent - 1.0)
-    plastic = bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow
-    reach = max(D_y, SHORTEST * (exponent * abs(v) + cross_flow))
+    plastic = plasticity * (bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow)
+    reach = max(D_y, SHORTEST * plasticity * (exponent * abs(v) + cross_flow))
     return F_y * z, flow * (growth * slope * A * v - plastic) / reach - relaxing * z
 
 

@@ -31,6 +31,7 @@ LAST = 70 * 86400.0 - 12.0
 """s: dated laws change something by then or soon after."""
 ROUGH = {
     "power_viscous": 1e-2,  # infinitely steep at rest
+    "braced_power": 1e-3,  # backward Euler, of first order
     "random_sticking": 1e-2,  # begins and ends with a step
     "stiffness_step_break": 1e-3,  # so does the break
     "inward_damper": 1e-3,  # jumps at every peak

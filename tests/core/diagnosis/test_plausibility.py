@@ -3,10 +3,13 @@
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 from synthetic_observations import BOUC_WEN, observations
 
+from core.diagnosis.missing_effects import without_needless
 from core.diagnosis.plausibility import implausible, objection
+from core.diagnosis.ranking import ScoredCandidate
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, fitted
 from core.fitting.observation import Observation
@@ -66,3 +69,36 @@ def test_the_end_of_a_range_is_stated(value: float) -> None:
     yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": value}
     result = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
     assert str(implausible("bouc_wen", result, seen())).startswith("D_y is at its ")
+
+
+@pytest.mark.parametrize(("exponent", "is_simple"), [(1.02, True), (0.95, False)])
+def test_a_law_that_may_be_a_simpler_one_is_doubtful(exponent: float, is_simple: bool) -> None:
+    """An exponent known to 0.01: 1, a linear damper, lies two deviations away or five."""
+    damper = {"force": 1e6, "exponent": exponent, "speed": 0.1, "give": 0.01}
+    free, sure = (("braced_viscous", "exponent"),), np.array([[0.01**2]])
+    around = Isolator({**BOUC_WEN.effects, "braced_viscous": damper})
+    result = replace(fit(BOUC_WEN), model=around, free=free, covariance=sure, undetermined=())
+    reason = "exponent may be 1, where a simpler law would do (power of the damper's speed)"
+    assert implausible("braced_viscous", result, seen()) == (reason if is_simple else None)
+
+
+def test_what_depends_on_the_other_direction_needs_motion_there() -> None:
+    warm = Isolator({**BOUC_WEN.effects, "biaxial_heating": {"loss": 0.1, "recovery": 50.0}})
+    result = replace(fit(BOUC_WEN), model=warm)
+    rest = np.zeros_like(seen()[0].conditions.time)
+    still = [replace(one, conditions=replace(one.conditions, u_cross=rest, v_cross=rest)) for one in seen()]
+    moving = [replace(one, conditions=replace(one.conditions, u_cross=rest, v_cross=rest + 0.1)) for one in seen()]
+    reason = "it depends on motion in the other direction, which no record has"
+    assert implausible("biaxial_heating", result, still) == reason
+    assert implausible("biaxial_heating", result, moving) is None
+
+
+@pytest.mark.parametrize(
+    ("braced", "named"), [(-95.0, ["power_viscous"]), (-120.0, ["braced_viscous", "power_viscous"])]
+)
+def test_a_law_that_contains_a_simpler_one_is_named_only_if_it_is_decisively_better(
+    braced: float, named: list[str]
+) -> None:
+    base = fit(BOUC_WEN)
+    scored = [ScoredCandidate("braced_viscous", base, braced), ScoredCandidate("power_viscous", base, -100.0)]
+    assert [one.effect for one in without_needless(scored)] == named

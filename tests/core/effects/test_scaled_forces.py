@@ -19,6 +19,7 @@ SPEED = 0.1
 BOUC_WEN = {"bouc_wen": LAYER["bouc_wen"]}
 SLIDING = {"friction": usual_values("friction", sliding=1e6, share=0.5, a=20.0)}
 BREAKING_AWAY = {"breakaway": usual_values("breakaway", excess=5e5, v_s=0.1)}
+HARD = {"hardening": usual_values("hardening")}
 RUBBER = tuple(sorted(name for name in EFFECTS if EFFECTS[name].kind == "rubber"))
 """Every effect of the kind, new ones included."""
 
@@ -121,6 +122,18 @@ def test_a_step_scales_every_part_of_the_rubbers_force(name: str) -> None:
     away = np.abs(t - 2.0) > 0.5
     force, unchanged = layer_force({**model, "stiffness_step": step}, motion), layer_force(model, motion)
     assert force[away] == pytest.approx((ratio * unchanged)[away], rel=1e-9)
+
+
+@pytest.mark.parametrize(("model", "exact"), [(BOUC_WEN, 0.7), (SLIDING, 0.7), (BREAKING_AWAY, 0.7), (HARD, 1.0)])
+def test_a_step_of_the_yield_force_scales_what_yields_or_slides_and_no_rubber(
+    model: dict[str, dict[str, float]], exact: float
+) -> None:
+    """Nothing before the date, a share of 0.3 less after it."""
+    motion = equal_cycles(RATE, 4)
+    t, step = motion.conditions.time, {"change": -0.3, "date": 2.0, "width": 0.02}
+    force, unchanged = layer_force({**model, "strength_step": step}, motion), layer_force(model, motion)
+    assert force[t < 1.5] == pytest.approx(unchanged[t < 1.5], rel=1e-9)
+    assert force[t > 2.5] == pytest.approx(exact * unchanged[t > 2.5], rel=1e-9)
 
 
 def test_neither_reaches_what_is_no_rubber() -> None:

@@ -3,6 +3,7 @@
 import math
 
 from hidden.law import Law
+from hidden.laws.elastic import DAY
 
 
 def mullins(p, s, s1, step, past):
@@ -27,6 +28,27 @@ def heating(p, s, s1, step, past):
     """State: warming, in units of that which weakens the core by e. Work per yield force: z du."""
     s1[0] = s[0] * math.exp(-step.h / p[1]) + 0.5 * (step.z0 + step.z) * (step.u - step.u0) * p[0]
     return math.exp(-s1[0])
+
+
+def heating_by_both(p, s, s1, step, past):
+    """States: warming, as above, by work along both axes; z along the other axis, on a circle with the layer's own."""
+    along, across = 0.5 * (step.z0 + step.z) * (step.u - step.u0), (step.u_cross - step.u_cross0)
+    pieces = 1 + int(abs(across) / (0.05 * p[2]))
+    z, work, piece = s[1], max(along, 0.0) / pieces, across / pieces
+    spent = along
+    for _ in range(pieces):
+        middle = z
+        for part in (0.5, 1.0):
+            middle = z + part * (piece - middle * (max(piece * middle, 0.0) + work)) / p[2]
+        spent += 0.5 * (z + middle) * piece
+        z = middle
+    s1[0], s1[1] = s[0] * math.exp(-step.h / p[1]) + spent * p[0], z
+    return math.exp(-s1[0])
+
+
+def strength_step(p, s, s1, step, past):
+    """A share of the strength is lost within about two seconds of a date."""
+    return 1.0 - p[0] * 0.5 * (1.0 + math.tanh((step.time - p[1]) / 2.0))
 
 
 def reciprocal_heating(p, s, s1, step, past):
@@ -112,6 +134,30 @@ LAWS = (
             kind="strength",
         )
         for name, advance in (("heating", heating), ("heating_reciprocal", reciprocal_heating))
+    ),
+    Law(
+        "heating_by_both",
+        "biaxial_heating",
+        "same",
+        heating_by_both,
+        lambda layer, rng: _heated(layer, rng) | {"D_lead": 5e-3},
+        ("warmed",),
+        states=2,
+        carried=(0,),
+        fading={0: "lasting"},
+        limits={"warmed": 30.0},
+        kind="strength",
+        needs=("cross",),
+    ),
+    Law(
+        "strength_step",
+        "strength_step",
+        "same",
+        strength_step,
+        lambda layer, rng: {"lost": 0.2, "date": rng.uniform(25 * DAY, 115 * DAY)},
+        ("lost",),
+        limits={"lost": 0.8},
+        kind="strength",
     ),
     Law(
         "vertical_load",

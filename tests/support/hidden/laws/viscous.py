@@ -2,7 +2,12 @@
 
 import math
 
+from numba import njit
+
 from hidden.law import Law
+
+HALVINGS = 60
+"""Of the range of a braced damper's force, to below rounding."""
 
 
 def power(p, s, s1, step, past):
@@ -46,6 +51,52 @@ def maxwell_ladder(p, s, s1, step, past):
         s1[branch] = s[branch] * lasting + p[0] * 0.75**branch * tau * (1.0 - lasting) * (step.u - step.u0) / step.h
         force += s1[branch]
     return force
+
+
+@njit
+def valve(force, c, opens, left):
+    """Speed of an oil damper under a force."""
+    beyond = max(abs(force) - c * opens, 0.0)
+    return math.copysign((abs(force) - beyond) / c + beyond / (left * c), force)
+
+
+def braced_valve(p, s, s1, step, past):
+    """Oil damper p[0] with a valve at p[1], beyond which the share p[2] remains, on a brace of stiffness p[3].
+
+    State: force. Its end is where the implicit trapezoidal rule is met, between those with the damper stuck and free.
+    """
+    h, before = step.h, valve(s[0], p[0], p[1], p[2]) if p[0] > 0 else 0.0
+    low, high = s[0] - p[3] * 2.0 * (abs(step.u - step.u0) + h * abs(before)), 0.0
+    high = 2.0 * s[0] - low
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if (
+            p[0] == 0.0
+            or (middle - s[0]) / p[3] + 0.5 * h * (before + valve(middle, p[0], p[1], p[2])) > step.u - step.u0
+        ):
+            high = middle
+        else:
+            low = middle
+    s1[0] = 0.5 * (low + high) if p[0] > 0 else 0.0
+    return s1[0]
+
+
+def braced_power(p, s, s1, step, past):
+    """Damper with p[0] at 0.1 m/s and the power p[1], on a brace that gives by p[2] under p[0].
+
+    State: force over p[0]; as above, but by backward Euler, since the damper's slope has no bound.
+    """
+    low, high = s[0] - 2.0 * abs(step.u - step.u0) / p[2] - abs(s[0]), 0.0
+    high = 2.0 * s[0] - low
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        slips = math.copysign(0.1 * abs(middle) ** (1.0 / p[1]), middle)
+        if (middle - s[0]) * p[2] + step.h * slips > step.u - step.u0:
+            high = middle
+        else:
+            low = middle
+    s1[0] = 0.5 * (low + high)
+    return p[0] * s1[0]
 
 
 def displacement_damping(p, s, s1, step, past):
@@ -148,6 +199,33 @@ LAWS = (
         lambda layer, rng: {"stiffness": layer.k * 0.1, "time": 10 ** rng.uniform(-1.5, -0.7)},
         ("stiffness",),
         states=4,
+    ),
+    Law(
+        "braced_power",
+        "braced_viscous",
+        "same",
+        braced_power,
+        lambda layer, rng: {
+            "force": layer.peak_force * 0.05,
+            "exponent": rng.uniform(0.3, 0.7),
+            "give": layer.peak * rng.uniform(0.05, 0.3),
+        },
+        ("force",),
+        states=1,
+    ),
+    Law(
+        "braced_relief",
+        "braced_relief",
+        "same",
+        braced_valve,
+        lambda layer, rng: {
+            "c": 0.05 * layer.peak_force / (opens := layer.speed * rng.uniform(0.1, 0.3)),
+            "opens": opens,
+            "left": rng.uniform(0.03, 0.2),
+            "brace": 0.05 * layer.peak_force / (layer.peak * rng.uniform(0.05, 0.3)),
+        },
+        ("c", "brace"),
+        states=1,
     ),
     *(
         Law(

@@ -14,17 +14,21 @@ LONGEST = 0.05
 
 
 @njit
-def slope(z, sign, worn, p):
-    """dz/dξ over a travel ξ in yield displacements, of the sign given; worn is ν = η.
+def slope(z, sign, energy, p):
+    """dz/dξ over a travel ξ in yield displacements, of the sign given, after an energy.
 
-    Baber and Wen (1981) for ν and η, Baber and Noori (1986) for the pinching.
+    Baber and Wen (1981) for ν and η, equal by p[4], apart by p[9] and p[10]; Baber and Noori (1986) for the pinching,
+    which is there from the beginning, or grows over p[11].
     """
     beta, excess, z1, z2, q = p[2], p[3], p[5], p[6], p[7]
+    worn, weaker, softer = 1.0 + p[4] * energy, 1.0 + p[9] * energy, 1.0 + p[10] * energy
+    if p[11] > 0.0:
+        z1 *= 1.0 - math.exp(-energy / p[11])
     bend = (1.0 - beta) * z * sign + beta * abs(z)
     if excess != 0.0:
         bend *= max(abs(z), 1e-12) ** excess
     opened = 1.0 if z1 == 0.0 else 1.0 - z1 * math.exp(-(((z * sign - q) / z2) ** 2))
-    return opened * sign * (1.0 / worn - bend)
+    return opened * sign * (1.0 / worn - weaker * bend) / softer
 
 
 def general(p, s, s1, step, past):
@@ -32,18 +36,18 @@ def general(p, s, s1, step, past):
 
     `joined` is λ of Park, Wen and Ang (1986), by which motion along one axis also yields the other.
     """
-    D_y, wear, joined = p[1], p[4], p[8]
+    D_y, joined = p[1], p[8]
     du, dc = (step.u - step.u0) / D_y, (step.u_cross - step.u_cross0) / D_y
-    pieces = 1 + int(max(abs(du), abs(dc)) / LONGEST)
+    pieces = 1 + int(max(abs(du), abs(dc)) * (1.0 + p[9] * max(s[2], 0.0)) / LONGEST)
     h, hc = abs(du) / pieces, abs(dc) / pieces
     sx, sy = (1.0 if du >= 0 else -1.0), (1.0 if dc >= 0 else -1.0)
     x, y, energy = s[0], s[1], s[2]
     for _ in range(pieces):
-        mx, my, worn = x, y, 1.0 + wear * max(energy, 0.0)
+        mx, my, spent = x, y, max(energy, 0.0)
         for part in (0.5, 1.0):  # the midpoint rule
             along, across = max(mx * sx, 0.0), max(my * sy, 0.0)
-            nx = x + part * (h * slope(mx, sx, worn, p) - joined * hc * across * mx)
-            ny = y + part * (hc * slope(my, sy, worn, p) - joined * h * along * my)
+            nx = x + part * (h * slope(mx, sx, spent, p) - joined * hc * across * mx)
+            ny = y + part * (hc * slope(my, sy, spent, p) - joined * h * along * my)
             mx, my = nx, ny
         energy += 0.5 * (x + mx) * sx * h * D_y
         x, y = mx, my
@@ -118,7 +122,11 @@ def left_aside(p, s, s1, step, past):
 
 
 Drawn = Callable[[np.random.Generator], dict[str, float]]
-REST = {"excess": 0.0, "wear": 0.0, "z1": 0.0, "z2": 1.0, "q": 0.0, "joined": 0.0}
+REST = {"excess": 0.0, "wear": 0.0, "z1": 0.0, "z2": 1.0, "q": 0.0, "joined": 0.0} | {
+    "weaker": 0.0,
+    "softer": 0.0,
+    "grows": 0.0,
+}
 """Values at which the general form is the usual one."""
 
 
@@ -172,6 +180,46 @@ PINCHING = _law(
     states=3,
     limits={"z1": 0.95},
 )
+WEAKENING = _law(
+    "strength_degradation",
+    "strength_degradation",
+    "same",
+    general,
+    _general(lambda rng: {"weaker": rng.uniform(0.05, 0.5)}),
+    strength=("weaker",),
+    states=3,
+    carried=(2,),
+    limits={"weaker": 10.0},
+)
+SOFTENING = _law(
+    "stiffness_degradation",
+    "stiffness_degradation",
+    "same",
+    general,
+    _general(lambda rng: {"softer": rng.uniform(0.2, 2.0)}),
+    strength=("softer",),
+    states=3,
+    carried=(2,),
+    limits={"softer": 40.0},
+)
+GROWING = _law(
+    "growing_pinching",
+    "growing_pinching",
+    "same",
+    general,
+    _general(
+        lambda rng: {
+            "z1": rng.uniform(0.5, 0.95),
+            "z2": rng.uniform(0.1, 0.5),
+            "q": rng.uniform(0.0, 0.4),
+            "grows": 10 ** rng.uniform(-0.3, 0.5),
+        }
+    ),
+    strength=("z1",),
+    states=3,
+    carried=(2,),
+    limits={"z1": 0.95},
+)
 SLIPPING = _law(
     "pinching_slip_lock",
     "pinching",
@@ -221,4 +269,4 @@ ASIDE = _law(
     strength=("aside",),
     states=2,
 )
-LAWS = (SHARPNESS, DAHL, DEGRADATION, PINCHING, SLIPPING, BIAXIAL, CIRCULAR, ASIDE)
+LAWS = (SHARPNESS, DAHL, DEGRADATION, PINCHING, WEAKENING, SOFTENING, GROWING, SLIPPING, BIAXIAL, CIRCULAR, ASIDE)
