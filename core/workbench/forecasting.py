@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from core.errors import RecordError
 from core.fitting.observation import Observation
@@ -103,6 +103,11 @@ def forecaster(model: Isolator, earthquakes: Earthquakes) -> tuple[Forecaster, t
     learnt = experience(model, errors.forces, errors.predictions, earthquakes.fitted, modes, description)
     sources = tuple(f"direction {key}: {one.source}" for key, one in found.items())
     return Forecaster(model, earthquakes.directions, description, learnt, earthquakes.reference), sources
+
+
+def last_end(earthquakes: Earthquakes) -> datetime:
+    """End of the last record."""
+    return max(one.start + timedelta(seconds=(one.layer.force.size - 1) / one.rate) for one in earthquakes.observations)
 
 
 def forecast_table(one: Forecast) -> Table:

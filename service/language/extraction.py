@@ -76,6 +76,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "core/workbench/*.py",
         "service/http/templates/diagnosis.html",
         "service/http/templates/effect*.html",
+        "service/http/templates/forecast.html",
         "service/http/templates/model*.html",
         "service/models/forecasting.py",
         "service/models/motions.py",

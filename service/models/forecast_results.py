@@ -1,7 +1,6 @@
 """Forecasts as documents: one schema for the command's files, the API and the pages. SI units."""
 
 from collections.abc import Iterator, Sequence
-from datetime import datetime
 
 import numpy as np
 from pydantic import Field
@@ -88,7 +87,7 @@ class ForecastDocument(Head):
     known_from: list[str] = Field(description="Names of the earthquakes that the model's error is known from.")
     displacement: Value = Field(description="m, largest of the layer in the records that the model was fitted to.")
     velocity: Value = Field(description="m/s, the same.")
-    last: datetime = Field(description="End of the last record.")
+    last: str = Field(description="End of the last record.")
     forecasts: list[ForecastOut]
     remarks: list[str] = Field(description="Sources of the superstructure.")
     unused: list[str] = Field(description="Records that could not be used, with the reason.")
@@ -104,7 +103,7 @@ def document(done: Forecasts) -> ForecastDocument:
         known_from=list(dict.fromkeys(one.name for one in result.earthquakes.observations)),
         displacement=result.experience.displacement,
         velocity=result.experience.velocity,
-        last=result.experience.last,
+        last=f"{result.experience.last:%Y-%m-%dT%H:%M:%SZ}",
         forecasts=[_forecast(one, checks) for one, checks in each],
         remarks=list(result.sources),
         unused=list(result.earthquakes.unused),

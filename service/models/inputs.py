@@ -160,6 +160,11 @@ def _event_inputs(session: Session, event: Event, role: str, *, is_held_out: boo
     )
 
 
+def stored_event(session: Session, event: Event) -> EventInputs:
+    """An analysed event alone, with all that its analysis was made from."""
+    return _event_inputs(session, event, LATER, is_held_out=False, is_requested=True)
+
+
 def _role(session: Session, model: ModelVersion, event: Event) -> str:
     """Role by the fit that made the model, or LATER."""
     of_event = (ModelComparison.model_id == model.id, ModelComparison.event_id == event.id)

@@ -6,6 +6,7 @@ from sqlalchemy import ColumnElement, Select, exists, func, select, tuple_
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from service.analyses.tables import Analysis, DirectionResult
+from service.buildings.tables import Building
 from service.db.select import Line, Place
 from service.errors import NotFoundError
 from service.models.choice import Moved
@@ -124,6 +125,19 @@ def latest_comparable(session: Session, building_id: int, directions: Collection
     """The latest so many events of `comparable`, the latest first."""
     query = _analysed(building_id).where(_has_motion(directions))
     return session.scalars(query.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
+
+
+def shakes(session: Session, building_id: int, limit: int) -> Sequence[Line]:
+    """Event, ground acceleration and building of the earthquakes whose ground was recorded, the building's own first,
+    then the strongest first."""
+    query = (
+        select(Event, Analysis.pga, Building)
+        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+        .join(Building, Building.id == Event.building_id)
+        .where(Analysis.pga.is_not(None))
+        .order_by(Event.building_id != building_id, Analysis.pga.desc(), Event.id)
+    )
+    return session.execute(query.limit(limit)).all()
 
 
 def moved(session: Session, building_id: int, directions: Collection[str]) -> list[Moved]:

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping
 from datetime import datetime
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
@@ -10,17 +11,19 @@ from core.effects import EFFECTS
 from core.errors import ModelError
 from core.model.first_model import first_model
 from core.model.isolator import Isolator
+from service.analyses.tables import Analysis
 from service.buildings import queries as building_queries
 from service.buildings.store import described
 from service.errors import ConflictError
 from service.jobs import queue as job_queue
-from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT
+from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST
 from service.jobs.tables import Job
 from service.models import queries, store, texts
 from service.models.queries import DIRECTIONS
-from service.models.schema import EffectRequest, FitRequest, ModelRequest, WorkRequest
+from service.models.schema import EffectRequest, FitRequest, ForecastRequest, ModelRequest, WorkRequest
 from service.models.store import Draft
 from service.models.tables import ModelVersion
+from service.records import queries as record_queries
 
 
 def make(session: Session, code: str, wanted: ModelRequest, by: str, now: datetime) -> ModelVersion:
@@ -98,6 +101,25 @@ def diagnose(session: Session, model_id: int, wanted: FitRequest, by: str, now: 
     """
     model = queries.version(session, model_id)
     return job_queue.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, wanted), by, now)
+
+
+def forecast(session: Session, model_id: int, wanted: ForecastRequest, by: str, now: datetime) -> Job:
+    """Queue a forecast of the response to the ground motion of a stored event.
+
+    Raises:
+        NotFoundError: there is no such event.
+        ConflictError: it is not analysed, no event shows the model's error, or the building file has no design
+            spectrum to scale to.
+    """
+    model = queries.version(session, model_id)
+    _check(session, model, None)
+    event = record_queries.event(session, wanted.earthquake)
+    if session.scalar(select(Analysis.id).where(Analysis.event_id == event.id, Analysis.current)) is None:
+        raise ConflictError(texts.not_analysed(event.id))
+    file = described(session, model.building)
+    if wanted.design_spectrum and file.design_spectrum is None:
+        raise ConflictError(texts.NO_DESIGN_SPECTRUM)
+    return job_queue.enqueue_work(session, model, FORECAST, wanted.model_dump(exclude_none=True), by, now)
 
 
 def _fitting(session: Session, model: ModelVersion, wanted: FitRequest) -> dict[str, object]:

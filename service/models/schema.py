@@ -3,12 +3,17 @@
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from core import paper
 from core.effects import EFFECTS
+from core.errors import RecordError
+from core.forecasting.ground_motion import FARTHEST, STRONGEST
 from service.analyses.schema import FindingOut
+from service.errors import FieldsError
 from service.http.forms import ticked
+from service.http.parameters import LARGEST
+from service.models.motions import size
 from service.models.results import Findings, MisfitOut, PredictionOut
 from service.schema import Answer, Number, Page, Series
 
@@ -210,6 +215,70 @@ class FitRequest(WorkRequest):
         description="Numbers of events to hold out of the fit, on which the result is tested; without them none.",
         examples=[[3]],
     )
+
+
+class ForecastRequest(BaseModel):
+    """A ground motion to forecast the response to: that of a stored earthquake, scaled to one thing at most."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    earthquake: int = Field(
+        description="Number of a stored event whose ground motion is used, of this building or of another one.",
+        ge=1,
+        le=LARGEST,
+        examples=[1],
+    )
+    pga: float | None = Field(
+        None, description="m/s², peak ground acceleration to scale to.", gt=0, le=STRONGEST, allow_inf_nan=False
+    )
+    displacement: float | None = Field(
+        None, description="m, displacement of the isolators to scale to.", gt=0, le=FARTHEST, allow_inf_nan=False
+    )
+    design_spectrum: bool = Field(False, description="True to scale to the design spectrum of the building file.")
+    temperature: float | None = Field(
+        None,
+        description="°C, of the isolators; without it the middle of the records'.",
+        ge=-60,
+        le=100,
+        allow_inf_nan=False,
+    )
+
+    @model_validator(mode="after")
+    def _one_scaling(self) -> "ForecastRequest":
+        if sum([self.pga is not None, self.displacement is not None, self.design_spectrum]) > 1:
+            raise ValueError("scale to one thing: pga, displacement or design_spectrum")
+        return self
+
+
+class ForecastForm(BaseModel):
+    """The same by a form: a size with its unit, and what it is of."""
+
+    model_config = ConfigDict(extra="ignore", strict=True)
+
+    earthquake: str = Field(pattern=r"^\d{1,9}$")
+    scaling: Literal["none", "pga", "displacement", "design_spectrum"] = "none"
+    size: str = Field("", max_length=40)
+
+    @property
+    def request(self) -> ForecastRequest:
+        """The request; pga in gal and displacement in mm unless a unit is given.
+
+        Raises:
+            FieldsError: the size is no number, has another unit, or is impossible.
+        """
+        given: dict[str, object] = {"earthquake": int(self.earthquake)}
+        try:
+            if self.scaling == "pga":
+                given["pga"] = size(self.size, "acceleration", "gal")
+            elif self.scaling == "displacement":
+                given["displacement"] = size(self.size, "displacement", "mm")
+            elif self.scaling == "design_spectrum":
+                given["design_spectrum"] = True
+            return ForecastRequest.model_validate(given)
+        except RecordError as error:
+            raise FieldsError({"size": str(error)}) from None
+        except ValidationError as error:
+            raise FieldsError({"size": f"this is impossible: {error.errors()[0]['msg'].lower()}"}) from None
 
 
 class EffectRequest(FitRequest):

@@ -89,6 +89,8 @@ COMPARING_GIVEN = "Comparing the former version with every event"
 COMPARING_MADE = "Comparing the new version with every event"
 FITTING = "Fitting the model"
 DIAGNOSING = "Testing every effect"
+FORECASTING = "Forecasting the response"
+NO_DESIGN_SPECTRUM = "The building file has no [design_spectrum]; add it, or scale to something else."
 BY_DESIGN, BY_VALUES = "from the design values", "from given values"
 """Reason for a first model."""
 NOT_COMPARABLE = (
@@ -178,6 +180,16 @@ def events_not_comparable(events: Collection[int], direction: str) -> str:
         f"A model of direction {direction} cannot be compared with events {', '.join(map(str, events))}: they belong "
         "to another building, or their analyses have no displacement of the isolation layer in this direction."
     )
+
+
+def not_analysed(event: int) -> str:
+    """Refusal of an event without a result."""
+    return f"Event {event} has no analysis, so its ground motion is not known."
+
+
+def no_ground_motion(name: str) -> str:
+    """Refusal of an event as a ground motion."""
+    return f"the earthquake of {name} has no usable record of the ground's horizontal acceleration; choose another one"
 
 
 def no_event_comparable(direction: str) -> str:

@@ -19,6 +19,7 @@ from service.models.schema import (
     Comparisons,
     EffectRequest,
     FitRequest,
+    ForecastRequest,
     Lineage,
     ModelOut,
     ModelRequest,
@@ -224,6 +225,29 @@ def diagnose(model_id: ModelId, sessions: Writing, response: Response, by: By, w
     """
     with sessions.begin() as session:
         return _queued(requests.diagnose(session, model_id, wanted, by.name, datetime.now(UTC)), response)
+
+
+@router.post(
+    "/models/{model_id}/forecasts",
+    operation_id="forecast_model",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def forecast(
+    model_id: ModelId,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[ForecastRequest, Body(description="An earthquake, and what it is scaled to.")],
+) -> JobOut:
+    """Forecast the response to the ground motion of a stored earthquake, as if it came now.
+
+    The job's `result` has the `forecast`: peaks with 95 % intervals, the building's limits, and whether the motion
+    leaves the range that the model has seen. `GET /api/v1/jobs/{job_id}` gives it.
+    """
+    with sessions.begin() as session:
+        return _queued(requests.forecast(session, model_id, wanted, by.name, datetime.now(UTC)), response)
 
 
 def _queued(job: Job, response: Response) -> JobOut:

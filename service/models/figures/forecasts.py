@@ -1,5 +1,7 @@
 """Figures of a forecast: the isolators' displacement over time, and the floors' accelerations with their intervals."""
 
+from typing import cast
+
 import altair as alt
 
 from core.forecasting.response import Quantity
@@ -16,6 +18,11 @@ LINE, BAND = "forecast", "± 2 standard deviations"
 def forecast_figures(one: ForecastOut) -> list[Figure]:
     """The figures of one forecast."""
     return [displacement(one), accelerations(one)]
+
+
+def drawn(figure: Figure) -> alt.VConcatChart:
+    """The one picture of a figure of a forecast."""
+    return cast(alt.VConcatChart, figure.pictures[0])
 
 
 def displacement(one: ForecastOut, width: int = WIDTH) -> Figure:

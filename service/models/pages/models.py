@@ -32,8 +32,10 @@ from service.models.api.comparisons import DiagnosisId
 from service.models.api.effects import EffectName, answered as effect_out
 from service.models.effect_loops import AMPLITUDE, read_values, slider, usual_values
 from service.models.effects import families
+from service.models.forecast_results import ForecastDocument
+from service.models.forecast_words import limit_row, peak_row
 from service.models.queries import DIRECTIONS
-from service.models.schema import HOLD_OUT, EffectForm, FitForm, ModelRequest
+from service.models.schema import HOLD_OUT, EffectForm, FitForm, ForecastForm, ModelRequest
 from service.models.tables import ModelComparison
 from service.models.windows import Window, worst_windows
 from service.records import queries as record_queries
@@ -50,6 +52,7 @@ OFFERED = 50
 """Number of events that a page offers to hold out, the latest first."""
 Making = Annotated[Posted[ModelRequest], Depends(posted(ModelRequest))]
 Fitting = Annotated[Posted[FitForm], Depends(posted(FitForm))]
+Forecasting = Annotated[Posted[ForecastForm], Depends(posted(ForecastForm))]
 Extending = Annotated[Posted[EffectForm], Depends(posted(EffectForm))]
 
 
@@ -138,6 +141,8 @@ def _shown_model(
             may_cancel=lambda job: may_cancel(job, by),
             offered=there,
             diagnoses=queries.diagnoses(session, model_id, None, JOBS),
+            shakes=queries.shakes(session, version.building_id, OFFERED),
+            has_spectrum=described(session, version.building).design_spectrum is not None,
             addable=[name for name in EFFECTS if name not in version.effects],
             may_work=by.role >= Role.engineer,
         )
@@ -188,6 +193,34 @@ def _alike(effects: Sequence[str]) -> str:
     return distinguishing_records(known) if len(known) > 1 else ""
 
 
+@router.get("/forecasts/{job_id}")
+def of_forecast(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
+    """A forecast: warnings, the building's limits, and the response with its intervals."""
+    with sessions() as session:
+        job, found = _forecast(session, job_id)
+        (model,) = answers.rows(session, [queries.version(session, job.model_id or 0)])
+        building = queries.version(session, model.id).building
+        return page(
+            request,
+            "forecast",
+            building=building,
+            zone=zone(session, building),
+            model=model,
+            job=job,
+            found=found,
+            forecast=found.forecasts[0],
+            shown_limits=[limit_row(one) for one in found.forecasts[0].limits],
+            shown_peaks=[peak_row(one) for one in found.forecasts[0].peaks],
+        )
+
+
+def _forecast(session: Session, job_id: int) -> tuple[Job, ForecastDocument]:
+    job = job_requests.job(session, job_id)
+    if job.model_id is None or "forecast" not in (job.result or {}):
+        raise NotFoundError("forecast", job_id)
+    return job, ForecastDocument.model_validate((job.result or {})["forecast"])
+
+
 @router.get("/jobs/{job_id}")
 def of_job(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
     """Progress of work on a model or an earthquake; once it is done, the page of its result."""
@@ -216,6 +249,8 @@ def _result_page(job: Job) -> str:
     result = job.result or {}
     if job.model_id is None:
         return f"/events/{job.event_id}"
+    if "forecast" in result:
+        return f"/forecasts/{job.id}"
     if "diagnosis" in result:
         return f"/diagnoses/{result['diagnosis']}"
     return f"/models/{result.get('made', job.model_id)}"
@@ -307,6 +342,18 @@ def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, for
         return requests.diagnose(session, model_id, wanted, by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
+
+
+@router.post("/models/{model_id}/forecast")
+def forecast(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Forecasting) -> Response:
+    """Forecast the response to a stored earthquake, and show the progress."""
+
+    def act(wanted: ForecastForm) -> Response:
+        with sessions.begin() as session:
+            number = requests.forecast(session, model_id, wanted.request, by.name, datetime.now(UTC)).id
+        return RedirectResponse(f"/jobs/{number}", 303)
+
+    return answered("forecast", form, act, lambda why: _shown_model(request, model_id, sessions, by, refused=why))
 
 
 @router.post("/models/{model_id}/extend")

@@ -16,8 +16,11 @@ from service.errors import ConflictError, NotFoundError
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import SVG, As, picture, specified
 from service.http.responses import Tagged, TaggedRoute
+from service.jobs import requests as job_requests
 from service.models import answers, queries
 from service.models.effect_loops import ALONE, WITH, WITHOUT, loops as loops_of_effect, read_values
+from service.models.figures.forecasts import accelerations, displacement, drawn
+from service.models.forecast_results import ForecastDocument, ForecastOut
 from service.models.results import MisfitOut
 from service.models.schema import ErrorOut, Errors
 from service.models.trend import RatedError
@@ -45,6 +48,8 @@ COLOURS = alt.Scale(domain=[MEASURED, MODELLED], range=[GREY, BLUE])
 WAYS = {WITHOUT: GREY, WITH: BLUE, ALONE: ORANGE}
 """Colours of the loops of an effect."""
 FITTED, HELD_OUT, LATER, USUAL, MISSED = "fitted", "held out", "later", "as usual", "missed"
+NARROW = 400
+"""Pixels, width of a chart of a forecast."""
 GROUPS = {FITTED: BLUE, HELD_OUT: ORANGE, LATER: GREY}
 """Colours of the groups of earthquakes that errors are given for."""
 
@@ -124,6 +129,28 @@ def versions(wanted: As, sessions: Reading, diagnosis: Annotated[int, Query(ge=1
         found = answers.diagnosis(queries.diagnosis(session, diagnosis)).versions
     errors = [(one.name, {FITTED: one.error.nrmse, HELD_OUT: _error(one.error_held_out)}) for one in found]
     return picture(wanted, lambda: falls(errors), "diagnosis-versions", diagnosis)
+
+
+@router.get("/forecast-displacement.{form}")
+def forecast_displacement(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Displacement of the isolators in a forecast."""
+    found = _forecast(sessions, job)
+    return picture(wanted, lambda: drawn(displacement(found, NARROW)), "forecast-displacement", job)
+
+
+@router.get("/forecast-accelerations.{form}")
+def forecast_accelerations(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Largest accelerations of the levels in a forecast."""
+    found = _forecast(sessions, job)
+    return picture(wanted, lambda: drawn(accelerations(found, NARROW)), "forecast-accelerations", job)
+
+
+def _forecast(sessions: Reading, number: int) -> ForecastOut:
+    with sessions() as session:
+        result = job_requests.job(session, number).result or {}
+    if "forecast" not in result:
+        raise NotFoundError("forecast", number)
+    return ForecastDocument.model_validate(result["forecast"]).forecasts[0]
 
 
 @router.get("/effect.{form}")

@@ -117,6 +117,8 @@ GET /charts/loops.{form}
 GET /charts/diagnosis-versions.{form}
 GET /charts/effect.{form}
 GET /charts/model-diagnosis.{form}
+GET /charts/forecast-accelerations.{form}
+GET /charts/forecast-displacement.{form}
 GET /charts/model-lineage.{form}
 GET /charts/model-loop.{form}
 GET /charts/model-trend.{form}
@@ -130,6 +132,7 @@ GET /charts/stiffness.{form}
 GET /charts/torsion.{form}
 GET /charts/waveforms.{form}
 GET /diagnoses/{diagnosis_id}
+GET /forecasts/{job_id}
 GET /docs
 GET /effects
 GET /effects/{name}
@@ -168,6 +171,7 @@ DELETE /api/v1/jobs/{job_id}
 POST /api/v1/models/{model_id}/accept
 POST /api/v1/models/{model_id}/comparisons
 POST /api/v1/models/{model_id}/diagnoses
+POST /api/v1/models/{model_id}/forecasts
 POST /api/v1/models/{model_id}/effects
 POST /api/v1/models/{model_id}/fits
 POST /api/v1/receivers/{receiver_id}/test
@@ -181,6 +185,7 @@ POST /jobs/{job_id}/cancel
 POST /models/{model_id}/accept
 POST /models/{model_id}/compare
 POST /models/{model_id}/diagnose
+POST /models/{model_id}/forecast
 POST /models/{model_id}/extend
 POST /models/{model_id}/fit
 POST /receivers/{receiver_id}/test
@@ -302,6 +307,8 @@ QUERY = {
     "GET /charts/waveforms.{form}": "channel=XX.PAPER.01.HNX&event=1",
     "GET /charts/diagnosis-versions.{form}": "diagnosis=1",
     "GET /charts/model-diagnosis.{form}": "number=1",
+    "GET /charts/forecast-accelerations.{form}": "job=1",
+    "GET /charts/forecast-displacement.{form}": "job=1",
     "GET /charts/model-lineage.{form}": "model=1",
     "GET /charts/model-window.{form}": "comparison=1&start=0",
     "GET /charts/model-loop.{form}": "comparison=1",
@@ -330,6 +337,9 @@ WITHOUT_BUILDINGS = {
 NOTHING_THERE = {
     "GET /api/v1/diagnoses/{diagnosis_id}",
     "GET /diagnoses/{diagnosis_id}",
+    "GET /forecasts/{job_id}",
+    "GET /charts/forecast-accelerations.{form}",
+    "GET /charts/forecast-displacement.{form}",
     "GET /charts/diagnosis-versions.{form}",
     "GET /charts/model-diagnosis.{form}",
     "GET /charts/baseline.{form}",
@@ -337,8 +347,8 @@ NOTHING_THERE = {
     "GET /charts/orbit.{form}",
     "GET /jobs/{job_id}",
 }
-"""A diagnosis would take longer than all else here; a baseline needs more events, and the orbit both directions. The
-first job analysed an event, which has its own page."""
+"""A diagnosis or a forecast would take longer than all else here; a baseline needs more events, and the orbit both
+directions. The first job analysed an event, which has its own page."""
 OF_ADMINISTRATORS = {"GET /api/v1/keys": 403, "GET /keys": 403}
 """Routes that refuse an admin of some buildings, who could make a key of all."""
 BODIES = {
@@ -353,6 +363,7 @@ BODIES = {
     "POST /api/v1/buildings/{code}/inspections": {"result": "fit", "comment": "seen"},
     "POST /api/v1/buildings/{code}/silences": {"pattern": "*", "until": "2100-01-01T00:00:00Z", "reason": "works"},
     "POST /api/v1/models/{model_id}/effects": {"effect": "friction"},
+    "POST /api/v1/models/{model_id}/forecasts": {"earthquake": 1},
     "PATCH /api/v1/receivers/{receiver_id}": {"kinds": ["event"]},
 }
 

@@ -1,0 +1,139 @@
+"""From an engineer's request to a forecast, by the API and by the pages."""
+
+import os
+import re
+from collections.abc import Iterator
+from html import unescape
+from pathlib import Path
+from shutil import which
+
+import monitored_building
+import pytest
+from api_client import client
+from api_server import api_server
+from fastapi.testclient import TestClient
+from model_jobs import create_model, finished_job, work
+from playwright.sync_api import sync_playwright
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.paper import ISOLATOR
+
+pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
+
+TRUTH = {name: dict(values) for name, values in ISOLATOR.effects.items()}
+
+
+@pytest.fixture
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+    """An engineer's client; the paper's building has had two earthquakes."""
+    (tmp_path / "records").mkdir()
+    monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[:2])
+    with client(database_url, progress_patience=1) as api:
+        yield api
+
+
+def test_a_stored_earthquake_comes_again(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    """As it was, it moves the isolators as recorded; stronger, farther, and out of range by far."""
+    model = create_model(api, TRUTH)
+    address = f"/api/v1/models/{model}/forecasts"
+    recorded = api.get("/api/v1/events/1").json()
+    (one,) = finished_job(api, sessions, address, {"earthquake": 1})["result"]["forecast"]["forecasts"]
+    moved = next(peak for peak in one["peaks"] if peak["quantity"] == "displacement")
+    measured = abs(recorded["directions"][0]["peak_displacement"]) if "directions" in recorded else None
+    assert moved["low"] < moved["value"] < moved["high"]
+    assert measured is None or moved["low"] < measured < moved["high"]
+    assert one["factor"] == 1
+    assert not one["out_of_range"]
+    (strong,) = finished_job(api, sessions, address, {"earthquake": 1, "pga": 20.0})["result"]["forecast"]["forecasts"]
+    assert strong["pga"] == pytest.approx(20.0)
+    assert strong["out_of_range"]
+    assert not [
+        limit for limit in strong["limits"] if limit["outcome"] == "passed" and limit["check"] == "shear_strain"
+    ]
+    (wished,) = finished_job(api, sessions, address, {"earthquake": 2, "displacement": 0.02})["result"]["forecast"][
+        "forecasts"
+    ]
+    assert next(peak for peak in wished["peaks"] if peak["quantity"] == "displacement")["value"] == pytest.approx(
+        0.02, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("wanted", "status", "reason"),
+    [
+        ({"earthquake": 99}, 404, "99"),
+        ({"earthquake": 1, "pga": 1.0, "displacement": 0.1}, 422, "scale to one thing"),
+        ({"earthquake": 1, "pga": -1.0}, 422, "greater than 0"),
+        ({"earthquake": 1, "pga": 1e6}, 422, "less than or equal to 100"),
+        ({"earthquake": 1, "pga": "strong"}, 422, "number"),
+        ({"earthquake": 1, "temperature": 1000.0}, 422, "less than or equal to 100"),
+        ({"earthquake": 1, "design_spectrum": True}, 409, "no [design_spectrum]"),
+        ({}, 422, "earthquake"),
+    ],
+)
+def test_impossible_requests_are_refused_in_words(
+    api: TestClient, wanted: dict[str, object], status: int, reason: str
+) -> None:
+    answer = api.post(f"/api/v1/models/{create_model(api, TRUTH)}/forecasts", json=wanted)
+    assert (answer.status_code, reason in answer.text) == (status, True), answer.text
+
+
+def test_the_pages_lead_from_a_form_to_a_forecast(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    model = create_model(api, TRUTH)
+    page = api.get(f"/models/{model}").text
+    assert "If this earthquake came today" in page
+    fields = {"earthquake": "1", "scaling": "displacement", "size": "40 gal"}
+    wrong = api.post(f"/models/{model}/forecast", data=fields)
+    assert wrong.status_code in (409, 422)
+    assert "has the unit of acceleration; give displacement" in unescape(wrong.text)
+    assert 'value="40 gal"' in wrong.text
+    sent = api.post(f"/models/{model}/forecast", data=fields | {"size": "80"}, follow_redirects=False)
+    assert sent.status_code == 303
+    job = sent.headers["location"]
+    work(sessions)
+    shown = api.get(job, follow_redirects=True)
+    assert shown.status_code == 200
+    assert re.fullmatch(r".*/forecasts/\d+", str(shown.url))
+    text = unescape(shown.text)
+    assert re.search(r"displacement of the isolators<td>x<td>80 mm<td>\d+ – \d+ mm", text)
+    for words in ("Limits of the building", "Shear strain of the isolators", "out of range"):
+        assert words in text
+    for picture in re.findall(r'src="(/charts/[^"]+)"', text):
+        drawn = api.get(picture).text
+        assert "<svg" in drawn
+        assert "(mm)" in drawn or "(m/s²)" in drawn
+    for kind in ("displacement", "accelerations"):
+        lines = api.get(f"/charts/forecast-{kind}.csv", params={"job": job.rpartition("/")[2]}).text
+        assert len(lines.splitlines()) > 5
+    assert f'href="/forecasts/{job.rpartition("/")[2]}"' in api.get(f"/models/{model}").text
+    assert api.get("/forecasts/99").status_code == 404
+
+
+@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+def test_a_forecast_fits_a_telephone_in_both_languages(
+    api: TestClient, database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    model = create_model(api, TRUTH)
+    job = finished_job(api, sessions, f"/api/v1/models/{model}/forecasts", {"earthquake": 1, "pga": 20.0})
+    english = "today", "Limits of the building", "OUT OF RANGE"
+    with api_server(database_url) as address, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=which("chromium"))
+        for locale, width in (("en", 320), ("ja", 320), ("ja", 1280)):
+            page = browser.new_context(
+                locale=locale, viewport={"width": width, "height": 900}, java_script_enabled=False, color_scheme="dark"
+            ).new_page()
+            for path in (f"/forecasts/{job['id']}", f"/models/{model}"):
+                page.goto(f"{address}{path}")
+                assert page.locator("html").evaluate("one => one.scrollWidth") <= width, (locale, path)
+                assert ("今日" if locale == "ja" else english[0]) in page.inner_text("main")
+                if locale == "ja":
+                    assert not [word for word in english if word in page.inner_text("main")]
+                if shots := os.environ.get("SHOTS"):
+                    page.screenshot(path=f"{shots}/{locale}-{width}-{path.split('/')[1]}.png", full_page=True)
+        browser.close()
+
+
+def test_another_jobs_number_is_no_forecast(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    job = finished_job(api, sessions, f"/api/v1/models/{create_model(api, TRUTH)}/comparisons", {})
+    assert api.get(f"/forecasts/{job['id']}").status_code == 404
+    assert api.get("/charts/forecast-displacement.svg", params={"job": job["id"]}).status_code == 404
