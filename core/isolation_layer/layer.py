@@ -185,7 +185,6 @@ def _restored(
         velocity=better.velocity,
         displacement_std=np.hypot(better.std, motion.noise),
         velocity_std=np.hypot(slow * better.std, motion.velocity_std),
-        noise_std=None,
         band=(LOWEST, rate / 2),
         residual=None,
     ), (Finding("displacement", "note", message, None, corner),)

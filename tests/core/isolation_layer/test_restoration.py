@@ -99,3 +99,5 @@ def test_the_real_building_is_offered_its_slow_motion_and_gets_it_by_choice() ->
     assert after.is_integrated
     assert after.residual is None
     assert 0.002 < after.peak[0] - before.peak[0] < 0.01
+    for one, other in zip(after.fitting_std, before.fitting_std, strict=True):
+        assert one == pytest.approx(other)  # slow motion that may be wrong does not outweigh the rest in a fit
