@@ -1,5 +1,6 @@
 """The commands that run the service, as real processes."""
 
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 from time import monotonic, sleep
@@ -64,13 +65,14 @@ def test_everything_runs_in_one_process_tree_and_ends_cleanly(
     incoming.mkdir()
     add(sessions, incoming)
     quick = {"MENSHIN_POLLING__INTERVAL": "0.5", "MENSHIN_POLLING__SETTLE_TIME": "0", "MENSHIN_JOBS__WORKERS": "1"}
-    with running_command(tmp_path, database_url, "up", "--port", "18765", **quick) as service:
+    with running_command(tmp_path, database_url, "up", "--port", "0", **quick) as service:
         (incoming / "a.mseed").write_bytes(miniseed(stream(seconds=30)))
+        printed = (tmp_path / "output").read_text
         end = monotonic() + PATIENCE
-        while analysed(sessions) == 0:
-            assert monotonic() < end, (tmp_path / "output").read_text()
+        while analysed(sessions) == 0 or not (served := re.search(r"serving at (http://127\.0\.0\.1:\d+)", printed())):
+            assert monotonic() < end, printed()
             sleep(0.1)
-        assert httpx.get("http://127.0.0.1:18765/healthz", timeout=30).status_code == 200
+        assert httpx.get(f"{served[1]}/healthz", timeout=30).status_code == 200
         children = service.children(recursive=True)
         assert interrupt(service) == 0, (tmp_path / "output").read_text()
         assert psutil.wait_procs(children, timeout=20)[1] == []
