@@ -10,7 +10,7 @@ From records: `BuildingDescription`, `Level`, `IsolationLayer`, `IsolationDesign
 Models: `Isolator`, `first_model`, `EFFECTS`, `Effect`, `Parameter`, `LogNormal`, `Normal`, `add_effect`.
 Simulation: `ShearBuilding`, `simulate`.
 Drift: `drift_series`, `monitor`.
-The workbench: `fit`, `compare`, `diagnose`, `add`, `improve`, `Earthquakes`.
+The workbench: `fit`, `compare`, `diagnose`, `add`, `improve`, `sketch`, `Earthquakes`.
 Forecasts: `forecast`, `GroundMotion`, `ToPga`, `ToDisplacement`, `ToSpectrum`.
 Errors: `CoreError`, `RecordError`, `ModelError`, `IdentificationError`.
 """
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from core.model.isolator import Isolator
     from core.model.simulation import simulate
     from core.record import Channel, Segment
-    from core.workbench import Earthquakes, add, compare, diagnose, fit, forecast, improve
+    from core.workbench import Earthquakes, add, compare, diagnose, fit, forecast, improve, sketch
 
 __all__ = [
     "EFFECTS",
@@ -79,6 +79,7 @@ __all__ = [
     "observations",
     "restoring_force",
     "simulate",
+    "sketch",
 ]
 
 _MODULES = MappingProxyType(
@@ -143,6 +144,7 @@ _MODULES = MappingProxyType(
             "fit",
             "forecast",
             "improve",
+            "sketch",
         ),
     }
 )

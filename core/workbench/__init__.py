@@ -10,6 +10,7 @@ from core.workbench.earthquakes import Earthquakes
 from core.workbench.fitting import FitResult, fit
 from core.workbench.forecasting import ForecastResult, forecast
 from core.workbench.improving import ExtensionResult, ImprovementResult, add, improve
+from core.workbench.sketching import SketchResult, sketch
 
 __all__ = [
     "ComparisonResult",
@@ -19,10 +20,12 @@ __all__ = [
     "FitResult",
     "ForecastResult",
     "ImprovementResult",
+    "SketchResult",
     "add",
     "compare",
     "diagnose",
     "fit",
     "forecast",
     "improve",
+    "sketch",
 ]

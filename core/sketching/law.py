@@ -1,0 +1,184 @@
+"""A sketched law as the file of an effect, and as an effect of this process."""
+
+import linecache
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from keyword import iskeyword
+
+import numpy as np
+
+from core.effect import Effect
+from core.errors import ModelError
+from core.sketching.search import Placed, Sketched
+from core.sketching.terms import Scales
+
+UNITS = {"length": "m", "speed": "m/s", "time": "s", "travel": "m"}
+"""Units of a term's own value."""
+RANGE = 30.0
+"""Factor by which a term's own value may leave its start. A choice."""
+SPREAD = 0.7
+"""Standard deviation of its logarithm before the fit. A choice: a factor of two."""
+LARGEST = 1e12
+"""N, largest amplitude."""
+INPUTS = ("u", "v", "u_cross", "v_cross", "axial_load", "temperature")
+"""Arguments that a term's expression may have."""
+FUNCTIONS = ("copysign", "exp", "sin", "sqrt", "tanh")
+"""Functions of module math that a term's expression may have."""
+WORD = re.compile(r"[A-Za-z_]\w*")
+"""A name in an expression."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One term in a law."""
+
+    expression: str
+    rates: tuple[str, ...]
+    states: tuple[str, ...]
+    amplitude: str
+    """Name of its force."""
+    own: str
+    """Name of its length, speed or time; empty for none."""
+
+
+def effect_source(name: str, law: Sketched, scales: Scales, known: str) -> str:
+    """Text of a file that holds an effect, in the format of effects of the user's own.
+
+    Args:
+        name: of the effect.
+        law: the terms with their amplitudes.
+        scales: their constants.
+        known: a sentence on the range in which records support it.
+
+    Raises:
+        ModelError: an effect cannot have this name.
+    """
+    if not name.isidentifier() or iskeyword(name):
+        raise ModelError(f"an effect cannot be called {name!r}: choose an unused name of letters, digits and _")
+    lines = [_line(number, one, scales) for number, one in enumerate(law.placed, start=1)]
+    states = [state for line in lines for state in line.states]
+    carried = [
+        state
+        for line, one in zip(lines, law.placed, strict=True)
+        if one.term.memory and one.term.memory.is_carried
+        for state in line.states
+    ]
+    parameters = [own for line in lines for own in (line.amplitude, line.own) if own]
+    body = " ".join([*(line.expression for line in lines), *(rate for line in lines for rate in line.rates)])
+    used = _names(body)
+    arguments = [*(one for one in INPUTS if one in used), *states, *parameters]
+    results = [" + ".join(f"{line.amplitude} * ({line.expression})" for line in lines)]
+    results += [rate for line in lines for rate in line.rates]
+    described = [text for line, one, size in zip(lines, law.placed, law.amplitudes, strict=True)
+                 for text in _parameters(line, one, float(size))]  # fmt: skip
+    returned = ["force", *(f"rate_of_{state}" for state in states)]
+    words = "; ".join(one.term.name for one in law.placed)
+    sizes = (f"{one.term.name}: {{{line.amplitude}}}" for line, one in zip(lines, law.placed, strict=True))
+    explanation = ", ".join(sizes)
+    imported = [one for one in FUNCTIONS if one in used]
+    text = [
+        f'"""Sketched from records: {words}.',
+        "",
+        known,
+        '"""',
+        "",
+        *([f"from math import {', '.join(imported)}", ""] if imported else []),
+        "from core.effect import Effect, LogNormal, Normal, Parameter",
+        "",
+        "",
+        f"def law({', '.join(arguments)}):",
+        *(f"    {one} = {value}" for one, value in zip(returned, results, strict=True)),
+        f"    return {', '.join(returned)}",
+        "",
+        "",
+        "EFFECT = Effect(",
+        f"    title={'Sketch: ' + words!r},",
+        "    law=law,",
+        *([f"    states={tuple(states)!r},"] if states else []),
+        *([f"    carried={tuple(carried)!r},"] if carried else []),
+        f"    linear={tuple(line.amplitude for line in lines)!r},",
+        "    parameters=(",
+        *(f"        {one}," for one in described),
+        "    ),",
+        f"    absent={ {line.amplitude: 0.0 for line in lines}!r},",
+        '    family="sketched",',
+        f"    explanation={explanation + '.'!r},",
+        '    suspect_when="The records from which it was sketched show a force that no known effect explains.",',
+        f"    source={'Sketched from records. ' + known!r},",
+        ")",
+        "",
+    ]
+    return "\n".join(text)
+
+
+def effect_of(name: str, source: str) -> Effect:
+    """The effect of a file's text.
+
+    Args:
+        name: of the effect.
+        source: as of `effect_source`.
+    """
+    file = f"<{name}.py>"
+    namespace: dict[str, object] = {"__name__": __name__}  # compiled code that is kept names a module that exists
+    linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)  # laws are read from source
+    exec(compile(source, file, "exec"), namespace)
+    effect = namespace["EFFECT"]
+    assert isinstance(effect, Effect)
+    return effect
+
+
+def formula(law: Sketched, scales: Scales) -> str:
+    """The law in a line, its forces and own values by name."""
+    lines = [_line(number, one, scales) for number, one in enumerate(law.placed, start=1)]
+    memory = [f"d{state}/dt = {rate}" for line in lines for state, rate in zip(line.states, line.rates, strict=True)]
+    return "; ".join(["force = " + " + ".join(f"{line.amplitude} · {line.expression}" for line in lines), *memory])
+
+
+def _line(number: int, one: Placed, scales: Scales) -> Line:
+    term, own = one.term, f"{one.term.shape}_{number}" if one.term.shape else ""
+    names: dict[str, str] = {state: f"{state}_{number}" for state in (term.memory.states if term.memory else ())}
+
+    def written(text: str) -> str:
+        made = scales.written(text).replace("{s}", own)
+        return _renamed(made, names)
+
+    rates = tuple(written(rate) for rate in term.memory.rates) if term.memory else ()
+    return Line(written(term.expression), rates, tuple(names.values()), f"force_{number}", own)
+
+
+def _renamed(text: str, names: Mapping[str, str]) -> str:
+    """The text with its names replaced, whole words only."""
+    return WORD.sub(lambda found: names.get(found[0], found[0]), text)
+
+
+def _names(text: str) -> set[str]:
+    return set(WORD.findall(text))
+
+
+def _parameters(line: Line, one: Placed, size: float) -> list[str]:
+    """Source of the parameters of one term."""
+    start = float(f"{size:.3g}")
+    spread = float(f"{abs(size):.3g}") or 1.0
+    limit = max(LARGEST, 10 * spread)
+    found = [
+        f'Parameter("{line.amplitude}", "N", ({-limit!r}, {limit!r}), Normal({start or 1.0!r}, {spread!r}), '
+        f"{'force of the ' + one.term.name!r})"
+    ]
+    if line.own:
+        low, high = (float(f"{value:.3g}") for value in (one.s / RANGE, one.s * RANGE))
+        found.append(
+            f'Parameter("{line.own}", "{UNITS[one.term.shape]}", ({low!r}, {high!r}), '
+            f"LogNormal({float(f'{one.s:.3g}')!r}, {SPREAD!r}), {'its own ' + one.term.shape!r})"
+        )
+    return found
+
+
+def starts(law: Sketched) -> dict[str, float]:
+    """Values of the effect's parameters where its fit begins."""
+    found = {}
+    for number, (one, size) in enumerate(zip(law.placed, law.amplitudes, strict=True), start=1):
+        found[f"force_{number}"] = float(np.clip(size, -LARGEST, LARGEST))
+        if one.term.shape:
+            found[f"{one.term.shape}_{number}"] = one.s
+    return found

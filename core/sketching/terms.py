@@ -1,0 +1,256 @@
+"""Terms that a sketched law may have: expressions in the motion, its past and the conditions, each of size 1 or less.
+
+A term is written once, as the expression of a law. Its history for a recorded motion is that expression on arrays; the
+file of an effect holds the same text. U and V stand for the largest displacement and velocity in the records, {s} for
+the term's own length, speed or time.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from numba import njit
+from scipy import signal
+
+from core.arrays import Vector
+from core.fitting.observation import Observation
+
+Shape = Literal["length", "speed", "time", "travel", ""]
+"""What a term's own value is; empty for none."""
+
+LENGTHS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7)
+"""Shares of the largest displacement where the search begins. A choice: from elastic slip to the largest motion."""
+SPEEDS = (0.03, 0.1, 0.3, 0.6)
+"""Shares of the largest velocity where the search begins. A choice."""
+TIMES = (0.03, 0.08, 0.15, 0.25, 0.4, 0.7, 1.5, 4.0)
+"""s, where the search begins. A choice: from delays of a device to twice the period of an isolated building."""
+TRAVELS = (2.0, 10.0, 50.0)
+"""Travel over the largest displacement where the search begins. A choice."""
+FASTEST = 2e-3
+"""s, within which no state changes by more than its size: the steps of a simulation could not follow it."""
+LAGGING, SWINGING = 0.7, 0.05
+"""Damping ratios of a device that follows late, and of one that swings. Choices."""
+CATCHING_UP = 2.5e-3
+"""s, within which the largest past displacement follows; see core.effects.mullins."""
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """A state of a term: its rates in the law, and its history for a recorded motion."""
+
+    states: tuple[str, ...]
+    """Names in the term's expression; the first is what the history gives."""
+    rates: tuple[str, ...]
+    """Their rates per second in the law."""
+    history: Callable[[Observation, float, float], Vector]
+    """(n,) of an observation, by {s} and the value before it."""
+    is_carried: bool = False
+    """True if the layer keeps it from one earthquake to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One kind of term."""
+
+    name: str
+    """In words."""
+    expression: str
+    """Of a law, in U, V and {s}."""
+    sense: str
+    """Physical sense: elastic, viscous, hysteretic, memory, history or conditions."""
+    depends: tuple[str, ...]
+    """Variables that it depends on."""
+    shape: Shape = ""
+    starts: tuple[float, ...] = ()
+    """Values of {s} where the search begins: lengths and travels over U, speeds over V, times in s."""
+    memory: Memory | None = None
+
+
+@njit(cache=False)
+def _slipping(u, length, first):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Dahl's variable: exact while the motion between samples has one direction."""
+    z = np.empty(u.size)
+    z[0] = first
+    for i in range(1, u.size):
+        step = u[i] - u[i - 1]
+        towards = 1.0 if step > 0 else -1.0
+        z[i] = towards + (z[i - 1] - towards) * np.exp(-abs(step) / length)
+    return z
+
+
+def _slip(seen: Observation, length: float, first: float) -> Vector:
+    return np.asarray(_slipping(np.ascontiguousarray(seen.layer.displacement), length, first))
+
+
+def _relaxing(seen: Observation, time: float, first: float) -> Vector:
+    """A spring in series with a dashpot, its stretch in m; the velocity is constant between samples."""
+    u, kept = seen.layer.displacement, float(np.exp(-1 / (seen.rate * time)))
+    change = np.diff(u, prepend=u[0]) * (1 - kept) * time * seen.rate
+    return np.asarray(signal.lfilter([1.0], [1.0, -kept], change))
+
+
+def _following(damping: float) -> Callable[[Observation, float, float], Vector]:
+    """A spring-mass system that follows the displacement, in m; the displacement is linear between samples."""
+
+    def history(seen: Observation, time: float, first: float) -> Vector:
+        system = ([1.0], [time**2, 2 * damping * time, 1.0])
+        upper, lower, _ = signal.cont2discrete(system, 1 / seen.rate, method="foh")
+        u = seen.layer.displacement
+        return np.asarray(signal.lfilter(upper.ravel(), lower, u - u[0]) + u[0])
+
+    return history
+
+
+def _largest(seen: Observation, _: float, first: float) -> Vector:
+    return np.asarray(np.maximum(np.maximum.accumulate(np.abs(seen.layer.displacement)), first))
+
+
+def _travelled(seen: Observation, _: float, first: float) -> Vector:
+    return np.asarray(first + np.cumsum(np.abs(np.diff(seen.layer.displacement, prepend=seen.layer.displacement[0]))))
+
+
+SLIP = Memory(("z",), (f"(v - abs(v) * z) / max({{s}}, {FASTEST:g} * abs(v))",), _slip)
+RELAXING = Memory(("stretch",), ("v - stretch / {s}",), _relaxing)
+LATE, SWING = (
+    Memory(("late", "rate"), ("rate", f"(u - late) / {{s}} ** 2 - {2 * damping:g} * rate / {{s}}"), _following(damping))
+    for damping in (LAGGING, SWINGING)
+)
+LARGEST = Memory(
+    ("largest",),
+    (f"max(v * copysign(1.0, u) + (abs(u) - largest) / {CATCHING_UP:g}, 0.0)",),
+    _largest,
+    is_carried=True,
+)
+TRAVELLED = Memory(("travelled",), ("abs(v)",), _travelled, is_carried=True)
+
+U, V, Z = ("displacement",), ("velocity",), ("yield variable",)
+TERMS = (
+    Term("spring that hardens or softens with the square", "u * abs(u) / U ** 2", "elastic", U),
+    Term("cubic spring", "(u / U) ** 3", "elastic", U),
+    Term("spring of fifth order", "(u / U) ** 5", "elastic", U),
+    Term("asymmetric spring, by the square", "(u / U) ** 2", "elastic", U),
+    Term("asymmetric spring, stiffer to one side", "abs(u) / U", "elastic", U),
+    Term("spring that saturates", "tanh(u / {s})", "elastic", U, "length", LENGTHS),
+    Term("wave over the displacement", "sin(u / {s})", "elastic", U, "length", LENGTHS),
+    Term("spring over a range", "u / {s} * exp(-0.5 * (u / {s}) ** 2)", "elastic", U, "length", LENGTHS),
+    Term("spring beyond a gap", "copysign(max(abs(u) - {s}, 0.0), u) / U", "elastic", U, "length", LENGTHS),
+    Term("spring beyond a gap, positive side", "max(u - {s}, 0.0) / U", "elastic", U, "length", LENGTHS),
+    Term("spring beyond a gap, negative side", "min(u + {s}, 0.0) / U", "elastic", U, "length", LENGTHS),
+    Term("drag", "v * abs(v) / V ** 2", "viscous", V),
+    Term("cubic dashpot", "(v / V) ** 3", "viscous", V),
+    Term("dashpot of the square root", "copysign(sqrt(abs(v) / V), v)", "viscous", V),
+    Term("dashpot that saturates", "tanh(v / {s})", "viscous", V, "speed", SPEEDS),
+    Term("dashpot beyond a speed", "copysign(max(abs(v) - {s}, 0.0), v) / V", "viscous", V, "speed", SPEEDS),
+    Term("dashpot, positive direction", "max(v, 0.0) / V", "viscous", V),
+    Term("dashpot that grows with the displacement", "v * abs(u) / (U * V)", "viscous", (*U, *V)),
+    Term("dashpot that grows with its square", "v * u ** 2 / (U ** 2 * V)", "viscous", (*U, *V)),
+    Term("dashpot over a range", "v / V * exp(-0.5 * (u / {s}) ** 2)", "viscous", (*U, *V), "length", LENGTHS),
+    Term("dashpot of inward motion", "v / V * (0.5 - 0.5 * copysign(1.0, u * v))", "viscous", (*U, *V)),
+    Term("slip", "z", "hysteretic", Z, "length", LENGTHS, SLIP),
+    Term("slip that grows with the displacement", "z * abs(u) / U", "hysteretic", (*U, *Z), "length", LENGTHS, SLIP),
+    Term("slip that grows with the velocity", "z * abs(v) / V", "hysteretic", (*V, *Z), "length", LENGTHS, SLIP),
+    Term(
+        "slip under the vertical load",
+        "z * (axial_load - 1.0)", "hysteretic", (*Z, "axial load"), "length", LENGTHS, SLIP,
+    ),
+    Term(
+        "slip by temperature",
+        "z * (temperature - 20.0) / 10.0", "hysteretic", (*Z, "temperature"), "length", LENGTHS, SLIP,
+    ),
+    Term(
+        "slip by the other direction",
+        "z * abs(u_cross) / U", "hysteretic", (*Z, "other direction"), "length", LENGTHS, SLIP,
+    ),
+    Term("spring in series with a dashpot", "stretch / U", "memory", ("motion before",), "time", TIMES, RELAXING),
+    Term("spring that follows late", "late / U", "memory", ("motion before",), "time", TIMES, LATE),
+    Term("swinging mass", "late / U", "memory", ("motion before",), "time", TIMES, SWING),
+    Term(
+        "spring that the largest displacement softens",
+        "u / U * exp(-largest / {s})", "history", (*U, "largest past displacement"), "length", LENGTHS, LARGEST,
+    ),
+    Term(
+        "spring of the largest displacement",
+        "u * largest / U ** 2", "history", (*U, "largest past displacement"), memory=LARGEST,
+    ),
+    Term(
+        "spring that travel softens",
+        "u / U * exp(-travelled / {s})", "history", (*U, "travel"), "travel", TRAVELS, TRAVELLED,
+    ),
+    Term("spring under the vertical load", "u / U * (axial_load - 1.0)", "conditions", (*U, "axial load")),
+    Term("spring by temperature", "u / U * (temperature - 20.0) / 10.0", "conditions", (*U, "temperature")),
+    Term("spring of the other direction", "u_cross / U", "conditions", ("other direction",)),
+    Term("spring by the other direction", "u * abs(u_cross) / U ** 2", "conditions", (*U, "other direction")),
+    Term("dashpot of the other direction", "v_cross / V", "conditions", ("other direction",)),
+)  # fmt: skip
+"""All kinds. Springs and dashpots that are proportional to the motion are left to the model."""
+
+FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
+    {
+        "abs": np.abs,
+        "max": np.maximum,
+        "min": np.minimum,
+        "exp": np.exp,
+        "sin": np.sin,
+        "tanh": np.tanh,
+        "sqrt": np.sqrt,
+        "copysign": np.copysign,
+    }
+)
+"""Functions of expressions, on arrays."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """The largest motion in the records, to three digits: the constants of the terms."""
+
+    displacement: float
+    """m."""
+    velocity: float
+    """m/s."""
+
+    def start(self, term: Term, share: float) -> float:
+        """{s} in SI units from its share."""
+        of = {"length": self.displacement, "travel": self.displacement, "speed": self.velocity}
+        return share * of.get(term.shape, 1.0)
+
+    def written(self, text: str) -> str:
+        """An expression with the constants in it."""
+        return text.replace("U", f"{self.displacement:g}").replace("V", f"{self.velocity:g}")
+
+
+def scales_of(observations: tuple[Observation, ...]) -> Scales:
+    """Scales of records, of which at least one moves."""
+    far, fast = (
+        max(float(np.abs(getattr(one.layer, name)).max()) for one in observations)
+        for name in ("displacement", "velocity")
+    )
+    return Scales(float(f"{far:.3g}"), float(f"{fast:.3g}"))
+
+
+def histories(term: Term, s: float, scales: Scales, observations: tuple[Observation, ...]) -> list[Vector]:
+    """(n,) values of a term in each observation; these are in order of time.
+
+    Args:
+        term: the term.
+        s: its own value, SI.
+        scales: of the records.
+        observations: the records; what the layer keeps passes from each to the next in the same direction.
+    """
+    compiled = compile(scales.written(term.expression).format(s=repr(s)), "<term>", "eval")
+    kept: dict[str, float] = {}
+    found = []
+    for one in observations:
+        given = one.conditions
+        names: dict[str, Any] = {
+            "u": one.layer.displacement, "v": one.layer.velocity, "u_cross": given.u_cross, "v_cross": given.v_cross,
+            "axial_load": given.axial_load, "temperature": given.temperature,
+        }  # fmt: skip
+        if memory := term.memory:
+            first = kept.get(one.direction, 0.0) if memory.is_carried else 0.0
+            names[memory.states[0]] = memory.history(one, s, first)
+            kept[one.direction] = float(names[memory.states[0]][-1])
+        value = eval(compiled, {"__builtins__": {}, **FUNCTIONS}, names)  # of TERMS
+        found.append(np.asarray(value, dtype=float) * np.ones(one.layer.displacement.size))
+    return found

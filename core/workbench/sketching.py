@@ -1,0 +1,263 @@
+"""Sketch of the force that a model lacks, where no known effect explains it.
+
+The missing force with its deviation, what it depends on, and the simplest law that lowers the error where nothing was
+fitted: of the force for the measured motion, and of the response to the ground motion alone.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.comparison.compared import ForceComparison
+from core.comparison.prediction import predicted_displacement
+from core.diagnosis.worth import excess
+from core.effects import EFFECTS, add_effect
+from core.errors import ModelError, RecordError
+from core.fitting.fit import Fit, WeightedFit, weighted_fit
+from core.fitting.noise import force_noise, noise_rms
+from core.fitting.observation import Observation
+from core.model.isolator import Isolator
+from core.rounding import plain
+from core.sketching.dependence import Dependence, dependences
+from core.sketching.law import effect_of, effect_source, formula, starts
+from core.sketching.search import Found, Sketched, search
+from core.sketching.terms import Scales
+from core.tables import Table, report
+from core.workbench.comparing import counted
+from core.workbench.diagnosing import NONE_TO_FIT
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Progress, Version, helps, model_errors, silent
+from core.workbench.fitting import deviations, readable
+from core.workbench.tables import Deviations, gain, values_table, version_tables
+
+NAME = "sketched"
+"""Name of the effect unless another is given."""
+VISIBLE = 0.01
+"""Share of the residual's power from which on a variable is worth a word. A choice."""
+STEPS = 4
+"""Steps of a sketch."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A law, joined to the model and fitted with it."""
+
+    name: str
+    """Name of the effect."""
+    law: Sketched
+    formula: str
+    source: str
+    """Text of the effect's file."""
+    model: Isolator
+    """The model with the effect, its values rounded to six digits."""
+    fit: Fit
+    inflation: float
+    """Ratio of the variances to those that the measurement's noise alone would cause."""
+
+    @property
+    def std(self) -> Deviations:
+        """Standard deviations by effect and parameter, SI units."""
+        return deviations(self.fit, self.inflation)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SketchResult:
+    """What is known of the force that a model lacks."""
+
+    given: Isolator
+    earthquakes: Earthquakes
+    """With the earthquake that the sketch held out itself, if it did."""
+    versions: tuple[Version, ...]
+    """The model as given, refitted, and with the proposal if one was tried."""
+    dependences: tuple[Dependence, ...]
+    found: Found
+    scales: Scales
+    proposal: Proposal | None
+    """None if nothing is proposed."""
+    ended: str
+    """Reason why nothing is proposed; empty if something is."""
+    chosen_here: str = ""
+    """Name of the earthquake that the sketch held out itself; empty if it did not."""
+
+    @property
+    def missing(self) -> tuple[ForceComparison, ...]:
+        """The missing force with its deviation: the residuals of the refitted model."""
+        return self.versions[1].errors.forces
+
+    @property
+    def taken(self) -> dict[str, float]:
+        """Share of the excess error of the force that the proposal takes, by group of earthquakes."""
+        if self.proposal is None:
+            return {}
+        before, after = self.versions[1], self.versions[2]
+        return {
+            group: 1 - excess(after.error(names).noise_ratio) / excess(before.error(names).noise_ratio)
+            for group, names in self.earthquakes.groups.items()
+            if excess(before.error(names).noise_ratio) > 0
+        }
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """Sentences: what is missing, on what it depends, what is proposed, and what the records cannot show."""
+        return tuple(_sentences(self))
+
+    def __str__(self) -> str:
+        values = [] if self.proposal is None else [values_table(self.proposal.model, self.proposal.std)]
+        tables = (missing_table(self), dependence_table(self), *values)
+        title = f"Sketch of what {', '.join(self.given.effects)} lacks, from {counted(self.earthquakes)}"
+        return report(title, self.text, *tables, *version_tables(self.versions, self.earthquakes))
+
+
+def sketch(
+    model: Isolator,
+    earthquakes: Earthquakes | Sequence[Observation],
+    *,
+    hold_out: Collection[str] = (),
+    name: str = NAME,
+    progress: Progress = silent,
+) -> SketchResult:
+    """Sketch the force that a model lacks; where a law is proposed, it becomes an effect of this process.
+
+    Args:
+        model: of the isolation layer.
+        earthquakes: observations of one building.
+        hold_out: names of the earthquakes that only test the result; where none is held out and there are several, the
+            sketch holds out the second strongest.
+        name: of the effect that is proposed, not that of another one.
+        progress: called with each step.
+
+    Raises:
+        RecordError: no observation is left to fit to.
+        ModelError: the name is taken or is none, or a model's force grew beyond all bounds.
+    """
+    seen, chosen_here = _with_one_held_out(Earthquakes.of(earthquakes, hold_out))
+    if not seen.fitted:
+        raise RecordError(NONE_TO_FIT)
+    if name in EFFECTS or not name.isidentifier():
+        raise ModelError(f"an effect cannot be called {name!r}: choose an unused name of letters, digits and _")
+    progress("fitting the model", 0, STEPS)
+    base = weighted_fit(seen.fitted, model)
+    versions = [Version("as given", model_errors(model, seen))]
+    versions.append(Version("refitted", model_errors(base.fit.model, seen)))
+    progress("searching for terms", 1, STEPS)
+    noise = np.array([noise_rms(force_noise(one).whitening) for one in base.data.observations])
+    terms, found = search(base.data, base.fit, noise, base.inflation)
+    depends = dependences(base.data, base.fit, terms)
+    law, proposal, ended = found.proposed, None, NOTHING
+    if law is not None:
+        progress("fitting the law together with the model", 2, STEPS)
+        proposal = _proposal(name, law, terms.scales, base, seen)
+        progress("driving the versions by the motion and by the ground alone", 3, STEPS)
+        versions.append(Version(f"with {name}", model_errors(proposal.model, seen)))
+        ended = _objection(versions[1], versions[2], seen)
+    base.data.memory.clear()
+    progress("sketched", STEPS, STEPS)
+    kept = None if ended else proposal
+    return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, kept, ended, chosen_here)
+
+
+NOTHING = "No law is supported: nothing in the missing force depends on the motion or the conditions beyond doubt."
+NO_GAIN = "The best law lowers the error only where it was fitted, so that it is not proposed."
+NO_GAIN_FREE = (
+    "The best law lowers the error of the force, but not that of the response to the ground motion alone on held-out "
+    "earthquakes, so that it is not proposed."
+)
+
+
+def _with_one_held_out(seen: Earthquakes) -> tuple[Earthquakes, str]:
+    """The earthquakes with the second strongest held out, and its name, if none is and there are several."""
+    names = seen.fitted_names
+    if seen.tested or len(names) < 2:
+        return seen, ""
+    peaks = {
+        name: max(float(np.abs(one.layer.displacement).max()) for one in seen.fitted if one.name == name)
+        for name in names
+    }
+    second = sorted(names, key=lambda name: -peaks[name])[1]
+    return replace(seen, held_out=frozenset({second})), second
+
+
+def _proposal(name: str, law: Sketched, scales: Scales, base: WeightedFit, seen: Earthquakes) -> Proposal:
+    """The law as an effect, fitted together with the model."""
+    source = effect_source(name, law, scales, known_range(scales))
+    add_effect(name, effect_of(name, source))
+    joined = Isolator({**base.fit.model.effects, name: starts(law)})
+    fit = weighted_fit(seen.fitted, joined)
+    return Proposal(name, law, formula(law, scales), source, readable(fit.fit.model), fit.fit, fit.inflation)
+
+
+def known_range(scales: Scales) -> str:
+    """Sentence on the range that the records show."""
+    return (
+        f"The records reach {plain(1e3 * scales.displacement, 3)} mm and {plain(1e3 * scales.velocity, 3)} mm/s; "
+        "beyond that nothing supports it."
+    )
+
+
+def _objection(before: Version, after: Version, seen: Earthquakes) -> str:
+    """Reason not to propose a law; empty if there is none."""
+    if not helps(before, after, seen) or after.error(seen.fitted_names).rms >= before.error(seen.fitted_names).rms:
+        return NO_GAIN
+    names = seen.groups.get(HELD_OUT, seen.fitted_names)
+    free = [one.errors.of(names).predictions for one in (before, after)]
+    if all(free) and predicted_displacement(free[1]).rms >= predicted_displacement(free[0]).rms:
+        return NO_GAIN_FREE
+    return ""
+
+
+def missing_table(result: SketchResult) -> Table:
+    """The missing force of each earthquake, with the deviation that noise makes."""
+    rows = tuple(
+        (
+            result.earthquakes.label(one.observation.name, one.observation.direction),
+            f"{plain(1e-3 * one.misfit.excess, 3)} kN",
+            f"{plain(1e-3 * one.noise.rms, 3)} kN",
+            f"{one.misfit.noise_ratio:.3g}",
+        )
+        for one in result.missing
+    )
+    return Table(
+        "Missing force",
+        ("earthquake", "beyond the noise", "noise", "noise ratio"),
+        rows,
+        "Root mean square of what the refitted model leaves over, and of the noise in it.",
+    )
+
+
+def dependence_table(result: SketchResult) -> Table:
+    """What the missing force depends on."""
+    rows = tuple((one.variable, f"{max(0.0, 100 * one.share):.1f} %") for one in result.dependences)
+    return Table(
+        "What it depends on",
+        ("variable", "predicted"),
+        rows,
+        "Share of its power that functions of each variable predict in blocks to which they were not fitted. The "
+        "shares overlap: one variable may stand for another.",
+    )
+
+
+def _sentences(result: SketchResult) -> Iterator[str]:
+    refitted = result.versions[1].error(result.earthquakes.fitted_names)
+    yield (
+        f"The refitted model leaves {plain(1e-3 * refitted.rms, 3)} kN of force, "
+        f"{refitted.noise_ratio:.3g} times what noise alone makes."
+    )
+    if depends := [one.variable for one in result.dependences if one.share > VISIBLE]:
+        yield f"It depends on: {', '.join(depends)}."
+    proposal = result.proposal
+    if proposal is None:
+        yield result.ended
+        return
+    yield f"Proposed: {', '.join(one.term.name for one in proposal.law.placed)}. {proposal.formula}."
+    yield from gain(result.versions[1], result.versions[2], result.earthquakes)
+    for group, share in result.taken.items():
+        where = {FITTED: "where it was fitted", HELD_OUT: "on held-out earthquakes"}[group]
+        yield f"It takes {100 * share:.0f} % of the error beyond the noise {where}."
+    if result.chosen_here:
+        yield f"The sketch held out {result.chosen_here} itself, the second strongest earthquake."
+    yield known_range(result.scales)
+    if proposal.law.alike:
+        yield f"The records cannot distinguish it from: {', '.join(proposal.law.alike)}."
+    if proposal.fit.undetermined:
+        yield f"Not determined: {', '.join(f'{key} of {effect}' for effect, key in proposal.fit.undetermined)}."
+    yield "A sketch describes these records; it does not name a cause."

@@ -1,0 +1,97 @@
+"""Histories of terms against exact solutions, and against the compiled simulation of the effects made of them."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from core.effects import add_effect
+from core.errors import ModelError
+from core.fitting.observation import LayerHistory, Observation
+from core.model.force_response import force_response
+from core.model.isolator import Conditions, Isolator
+from core.sketching.law import effect_of, effect_source, starts
+from core.sketching.search import Placed, Sketched
+from core.sketching.terms import TERMS, Term, histories, scales_of
+
+RATE, SECONDS = 200.0, 20.0
+T = np.arange(0.0, SECONDS, 1 / RATE)
+OMEGA, U = 3.0, 0.1
+
+
+def observation() -> Observation:
+    """A motion that grows to 0.1 m, with conditions that vary."""
+    growth = 1 - np.exp(-T / 3)
+    u = U * growth * np.sin(OMEGA * T)
+    v = U * (np.exp(-T / 3) / 3 * np.sin(OMEGA * T) + growth * OMEGA * np.cos(OMEGA * T))
+    conditions = Conditions(
+        u_cross=0.5 * u[::-1].copy(),
+        v_cross=-0.5 * v[::-1],
+        axial_load=1 + 0.1 * np.sin(7 * T),
+        temperature=20 + 5 * np.sin(0.1 * T),
+        time=T,
+    )
+    layer = LayerHistory(displacement=u, velocity=v, force=u.copy(), force_std=np.ones(T.size))
+    start = datetime(2024, 1, 1, tzinfo=UTC)
+    return Observation("one", "x", start, RATE, layer, conditions, None, np.zeros((0, T.size)), (), transducer=True)
+
+
+SEEN = observation()
+SCALES = scales_of((SEEN,))
+
+
+def placed() -> list[Placed]:
+    """Every kind of term at the middle of its starts."""
+    return [
+        Placed(term, SCALES.start(term, term.starts[len(term.starts) // 2]) if term.starts else 0.0) for term in TERMS
+    ]
+
+
+def law_of(*terms: Placed) -> Sketched:
+    return Sketched(terms, np.full(len(terms), 2.0), 0.0, 0.0, 0.0, ())
+
+
+def named(name: str) -> Term:
+    return next(term for term in TERMS if term.name == name)
+
+
+def test_every_term_is_in_the_simulation_what_it_was_in_the_search() -> None:
+    """One effect of all terms, so that everything is compiled once; 1 % of each term's size: the search takes motion as
+    linear between samples."""
+    every = placed()
+    law = law_of(*every)
+    add_effect("sketch_of_everything", effect_of("sketch_of_everything", effect_source("all", law, SCALES, "known")))
+    values = starts(law) | {f"force_{number}": 0.0 for number in range(1, len(every) + 1)}
+    for number, one in enumerate(every, start=1):
+        alone = Isolator({"sketch_of_everything": values | {f"force_{number}": 1.0}})
+        simulated = force_response(
+            alone, SEEN.layer.displacement, SEEN.layer.velocity, RATE, conditions=SEEN.conditions
+        ).force
+        (searched,) = histories(one.term, one.s, SCALES, (SEEN,))
+        size = float(np.sqrt(np.mean(searched**2)))
+        assert size > 0, one.term.name
+        assert np.sqrt(np.mean((simulated - searched) ** 2)) < 0.01 * size, one.term.name
+
+
+def test_a_maxwell_element_answers_a_sine_exactly() -> None:
+    time = 0.4
+    (stretch,) = histories(named("spring in series with a dashpot"), time, SCALES, (SEEN,))
+    late = T > 15
+    x = OMEGA * time
+    exact = (
+        U * x / (1 + x**2) * (x * np.sin(OMEGA * T) + np.cos(OMEGA * T)) * (1 - np.exp(-T / 3)) / SCALES.displacement
+    )
+    assert np.abs(stretch - exact)[late].max() < 0.01
+
+
+def test_a_slip_is_its_closed_form_on_first_loading() -> None:
+    length = 0.02
+    (z,) = histories(named("slip"), length, SCALES, (SEEN,))
+    first = T < 0.4
+    assert z[first] == pytest.approx(1 - np.exp(-SEEN.layer.displacement[first] / length), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["", "two words", "1st", "lambda"])
+def test_a_name_that_no_effect_can_have_is_refused(name: str) -> None:
+    with pytest.raises(ModelError, match="cannot be called"):
+        effect_source(name, law_of(placed()[0]), SCALES, "known")
