@@ -20,10 +20,9 @@ from core.fitting.search import Outcome
 from core.model.isolator import Isolator, parameter
 
 FIRSTS = 4
-"""Effects beside which a second one is tested, those that explain most alone. Chosen on even seeds of
-benchmarks.diagnosis."""
+"""Effects beside which a second one is tested, those that explain most alone. A choice, for its time."""
 SEARCHED = 5
-"""Pairs at most that are searched. Chosen on even seeds of benchmarks.diagnosis."""
+"""Pairs at most that are searched. A choice, for its time."""
 
 SHAKEN = 1.6
 """Ratio by which lengths are changed for another search. A choice."""

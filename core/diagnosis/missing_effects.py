@@ -55,7 +55,7 @@ FEW_RATIOS = 3.0
 """Noise ratio from which on what an effect leaves shows another law than its own,"""
 NEARLY = 0.9
 """and share of the excess error from which on that law is at least of the same kind. Where a law leaves something, all
-that take this share may be meant."""
+that take this share may be meant. Both were chosen on 35 trials of benchmarks.diagnosis with seed 0."""
 
 
 class Rank(Protocol):
