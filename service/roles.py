@@ -190,13 +190,17 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
 
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
-    from service.jobs.executors import end, executors
+    from service.analyses.loading import load
+    from service.jobs.executors import end, executors, in_processes, is_warmed
+
+    started = executors(settings)
+    if is_warmed(settings):  # while this process imports the following
+        in_processes(started, load, settings.jobs.workers)
     from service.jobs.kept import kept_by_user
     from service.jobs.worker import Worker
     from service.kinds import KINDS
     from service.models.warming import warm
 
-    started = executors(settings)
     with process_folder() as notes:
         try:
             kept = kept_by_user(settings.jobs.kept_room)

@@ -3,7 +3,7 @@
 import os
 import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing import resource_tracker
@@ -53,6 +53,17 @@ def without_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def is_warmed(settings: Settings) -> bool:
+    """True if processes load what they need before their first job; a Dask cluster's workers are left alone."""
+    return settings.jobs.warm and settings.jobs.executor == "local"
+
+
+def in_processes(made: Executors, preparation: Callable[[], None], count: int) -> list[Future[None]]:
+    """Prepare so many idle processes; each takes one, since a preparation takes longer than to begin it."""
+    with without_interrupts():
+        return [made().submit(preparation) for _ in range(count)]
 
 
 def end(made: Executors, settings: Settings) -> None:

@@ -22,7 +22,7 @@ from service.db.problems import Attempts
 from service.db.process_leases import WORKING
 from service.db.sessions import reading
 from service.jobs import queue
-from service.jobs.executors import Executors, end, without_interrupts
+from service.jobs.executors import Executors, end, in_processes, is_warmed, without_interrupts
 from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.jobs.stages import Kind, Note, Running, silent
@@ -73,6 +73,8 @@ class Worker:
     """Prepares a process of this machine for its first job, while there is none."""
     is_warm: bool = False
     """True once the processes were warmed, until they are ended."""
+    first_warmed: Future[None] | None = None
+    """Of the one process that is warmed before the others."""
     extended_at: float | None = None
     cancelled_checked_at: float = -float("inf")
     """s of the timer at the latest query for cancelled jobs."""
@@ -94,12 +96,17 @@ class Worker:
         self.put_back()
 
     def warm(self) -> None:
-        """Warm every process of this machine where the settings say so; a Dask cluster's workers are left alone."""
-        if self.warming is not None and self.settings.jobs.warm and self.settings.jobs.executor == "local":
-            with without_interrupts():
-                for _ in range(self.settings.jobs.workers):  # each takes one, since it takes longer than to begin
-                    self.executors().submit(self.warming)
-        self.is_warm = True
+        """Warm one process of this machine, and once it is warm the others.
+
+        The first may compile for half a minute what the others then find compiled, and jobs go to them meanwhile.
+        """
+        if self.warming is None or not is_warmed(self.settings):
+            self.is_warm = True
+        elif self.first_warmed is None:
+            (self.first_warmed,) = in_processes(self.executors, self.warming, 1)
+        elif self.first_warmed.done():
+            in_processes(self.executors, self.warming, self.settings.jobs.workers - 1)
+            self.is_warm, self.first_warmed = True, None
 
     def run_until_idle(self) -> int:
         """Work until no job waits; the number of jobs that were finished or failed."""
@@ -210,7 +217,7 @@ class Worker:
         if undone and self.settings.jobs.executor == "local":
             others = {future: job for future, job in self.running.items() if not future.done()}
             end(self.executors, self.settings)
-            self.is_warm = False
+            self.is_warm, self.first_warmed = False, None
             for future, job in others.items():
                 self._submit(job)
                 del self.running[future]

@@ -13,7 +13,10 @@ def warm() -> None:
     from core.model.isolator import Conditions
     from core.model.simulation import Axis, respond
     from core.paper import BUILDING, ISOLATOR
+    from service.analyses.loading import load
     from service.models import figures, jobs  # noqa: F401  loaded here so that no job waits for them
+
+    load()
 
     rate = 100.0
     motion = 0.1 * np.sin(np.arange(100) / 20)

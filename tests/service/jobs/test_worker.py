@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from datetime import timedelta
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from threading import Event as Signal, Timer
@@ -19,11 +20,12 @@ from cached_executor import CachedExecutor
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.analyses.loading import load
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store
 from service.db.blobs import decode_history
 from service.jobs import queue as job_queue, requests as job_requests
-from service.jobs.executors import end, local_processes
+from service.jobs.executors import end, in_processes, local_processes
 from service.jobs.stages import Note
 from service.jobs.tables import Job
 from service.jobs.worker import WARMED_AFTER, Worker
@@ -259,6 +261,35 @@ def test_stopping_puts_claims_back_at_once(sessions: sessionmaker[Session], even
         assert job_queue.claim(session, NOW, timedelta(minutes=1))
 
 
+def test_a_process_is_free_for_jobs_while_another_compiles(sessions: sessionmaker[Session]) -> None:
+    settings = SETTINGS.model_copy(update={"jobs": SETTINGS.jobs.model_copy(update={"workers": 2, "warm": True})})
+    processes = local_processes(2)
+    end(processes, settings)
+    idle = Worker(sessions, processes, settings, KINDS, warming=partial(time.sleep, 20.0))
+    try:
+        processes().submit(os.getpid).result(60.0)
+        idle.warm()
+        idle.warm()
+        first = idle.first_warmed
+        assert first is not None
+        processes().submit(os.getpid).result(15.0)
+        assert not first.done(), "the other process compiles"
+        assert not idle.is_warm
+    finally:
+        end(processes, settings)
+
+
+def test_processes_load_what_an_analysis_needs() -> None:
+    processes = local_processes(1)
+    end(processes, SETTINGS)
+    try:
+        in_processes(processes, load, 1)
+        modules = processes().submit(eval, "set(__import__('sys').modules)").result(120.0)
+        assert modules >= {"core.analysis", "core.estimators.cms", "scipy.signal", "scipy.interpolate"}
+    finally:
+        end(processes, SETTINGS)
+
+
 def test_processes_of_an_idle_worker_load_what_a_diagnosis_needs(sessions: sessionmaker[Session]) -> None:
     processes = local_processes(1)
     end(processes, SETTINGS)
@@ -280,12 +311,19 @@ def test_no_process_starts_to_be_warmed_where_the_settings_forbid_it(
     sessions: sessionmaker[Session], is_wanted: bool
 ) -> None:
     given: list[object] = []
+    compiled: Future[Any] = Future()
 
     class Listening(Executor):
         def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:  # noqa: ANN401
             given.append(function)
-            return Future()
+            return compiled
 
-    settings = Settings(jobs={"workers": 2, "warm": is_wanted})
-    Worker(sessions, Listening, settings, KINDS, warming=warm).warm()
-    assert given == [warm, warm][: 2 * is_wanted]
+    settings = Settings(jobs={"workers": 3, "warm": is_wanted})
+    idle = Worker(sessions, Listening, settings, KINDS, warming=warm)
+    for _ in range(2):
+        idle.warm()
+        assert given == [warm][: int(is_wanted)]
+    compiled.set_result(None)
+    idle.warm()
+    assert given == [warm, warm, warm][: 3 * is_wanted]
+    assert idle.is_warm
