@@ -45,7 +45,7 @@ AFTERWARDS = 20.0
 """s of rest of the ground behind a motion, in which the building still moves."""
 PRIOR_ERROR = 0.02
 """Relative error of a model's peaks that is assumed before any record, with the weight of PRIOR_RECORDS. This and the
-next four were chosen on the even seeds of simulated buildings with a hidden effect."""
+next four were chosen on the even seeds of buildings with a hidden effect (docs/models/forecasts.md)."""
 PRIOR_RECORDS = 4.0
 """Number of records that PRIOR_ERROR counts for."""
 HISTORY = 0.5
