@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from datetime import timedelta
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from core.analysis import EventAnalysis
 from core.arrays import Vector
@@ -101,7 +101,7 @@ def _at_even_times(samples: Vector, slow: float) -> Vector:
     """(n,) samples of a clock that becomes later by `slow` s/s, at the times of one that does not; right mid-record."""
     place = np.arange(samples.size)
     late = slow * (place - (samples.size - 1) / 2)
-    between = make_interp_spline(place, samples, k=SMOOTH)
+    between = scipy.interpolate.make_interp_spline(place, samples, k=SMOOTH)
     return np.asarray(between(np.clip(place + late, 0, samples.size - 1)))
 
 

@@ -11,9 +11,8 @@ had no drift, the result would be their integral X = −A/ω² · q/(1 + q), q =
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from scipy import linalg
-from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize_scalar
 
 from core.arrays import Mask, Matrix, Vector
 
@@ -98,7 +97,9 @@ def high_pass_of(displacement: Vector, relative_acceleration: Vector, rate: floa
         return float(np.linalg.norm(filtered - channel[near])) / size
 
     bounds = tuple(np.log(CORNERS))
-    fitted = {power: minimize_scalar(off, bounds=bounds, args=(power,), method="bounded") for power in POWERS}
+    fitted = {
+        power: scipy.optimize.minimize_scalar(off, bounds=bounds, args=(power,), method="bounded") for power in POWERS
+    }
     power = min(fitted, key=lambda one: float(fitted[one].fun))
     best = fitted[power]
     return HighPass(float(np.exp(best.x)), power) if best.fun < RECOGNISED else None
@@ -122,7 +123,7 @@ def restored(displacement: Vector, relative_acceleration: Vector, rate: float) -
         return None
     own = slice(margin, margin + displacement.size)
     time = np.arange(displacement.size) / rate
-    lacking = relative_acceleration - CubicSpline(time, displacement)(time, 2)
+    lacking = relative_acceleration - scipy.interpolate.CubicSpline(time, displacement)(time, 2)
     frequency: Vector = np.asarray(np.fft.rfftfreq(samples * stride, 1 / rate))
     # a high-pass leaves no mean; the one that is there is of the record's baseline
     centred = displacement - displacement.mean()
@@ -136,7 +137,7 @@ def restored(displacement: Vector, relative_acceleration: Vector, rate: float) -
     slow, std = _slow_motion(seen, inside, found, stride / rate, float(displacement.std()))
     added = _resampled(slow, stride)[own]
     complete = centred + added
-    velocity = CubicSpline(time, complete)(time, 1)
+    velocity = scipy.interpolate.CubicSpline(time, complete)(time, 1)
     return Restored(complete, velocity, np.interp(np.arange(own.start, own.stop), at, std), found)
 
 

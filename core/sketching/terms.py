@@ -11,8 +11,8 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy import signal
 
 from core.arrays import Vector
 from core.fitting.observation import Observation
@@ -88,7 +88,7 @@ def _relaxing(seen: Observation, time: float, first: float) -> Vector:
     """A spring in series with a dashpot, its stretch in m; the velocity is constant between samples."""
     u, kept = seen.layer.displacement, float(np.exp(-1 / (seen.rate * time)))
     change = np.diff(u, prepend=u[0]) * (1 - kept) * time * seen.rate
-    return np.asarray(signal.lfilter([1.0], [1.0, -kept], change))
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -kept], change))
 
 
 def _following(damping: float) -> Callable[[Observation, float, float], Vector]:
@@ -96,9 +96,9 @@ def _following(damping: float) -> Callable[[Observation, float, float], Vector]:
 
     def history(seen: Observation, time: float, first: float) -> Vector:
         system = ([1.0], [time**2, 2 * damping * time, 1.0])
-        upper, lower, _ = signal.cont2discrete(system, 1 / seen.rate, method="foh")
+        upper, lower, _ = scipy.signal.cont2discrete(system, 1 / seen.rate, method="foh")
         u = seen.layer.displacement
-        return np.asarray(signal.lfilter(upper.ravel(), lower, u - u[0]) + u[0])
+        return np.asarray(scipy.signal.lfilter(upper.ravel(), lower, u - u[0]) + u[0])
 
     return history
 
