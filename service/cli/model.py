@@ -258,6 +258,54 @@ def _end_with_faults(building: str, records: "Earthquakes", json: Path | None) -
 
 
 @app.command()
+def sketch(
+    model: Model,
+    files: Files,
+    building: Building,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            dir_okay=False,
+            metavar="NAME.py",
+            help="File to write the effect to; its name is the effect's.",
+        ),
+    ],
+    hold_out: HoldOut = None,
+    json: Json = None,
+    html: Html = None,
+) -> None:
+    """Sketch the force that a model lacks, where no known effect explains it.
+
+    Shows the missing force, what it depends on, and the simplest law that lowers the error where nothing was fitted,
+    of the force and of the response to the ground motion alone. The law is written as an effect: in the folder of the
+    setting effects_folder, `menshin model add NAME` adds it to the model. Without --hold-out, the second strongest
+    earthquake is held out. Exit code 0: sketched, also where nothing is proposed: then no file is written; 1: no record
+    can be used; 2: an effect cannot have this name.
+    """
+    from core import workbench
+    from core.effects import EFFECTS
+    from service.models import sketching
+
+    name = output.stem
+    if output.suffix != ".py" or not name.isidentifier() or name in EFFECTS:
+        message = f"{output} must be NAME.py, with an unused name of letters, digits and _"
+        raise typer.BadParameter(message, param_hint="--output")
+    with _work(model, files, building, hold_out) as (given, records, report_step):
+        result = workbench.sketch(given.isolator, records, name=name, progress=report_step)
+    if result.proposal is not None:
+        write_text(result.proposal.source, output)
+    _show(
+        sketching.sketch_report(given, result),
+        json,
+        lambda: sketching.document(given, result),
+        html,
+        lambda: sketching.sketch_file(given, result),
+    )
+
+
+@app.command()
 def add(
     effect: Annotated[str, typer.Argument(metavar="EFFECT", help="Name; `menshin effects` lists them.")],
     model: Model,

@@ -87,7 +87,7 @@ def extension(done: Work[ExtensionResult]) -> ExtensionDocument:
     return ExtensionDocument(
         building=done.given.building,
         added=CandidateOut.of(result.candidate, result.before),
-        versions=_versions(result.versions, result.earthquakes),
+        versions=versions(result.versions, result.earthquakes),
         model=ModelValues.of(done.model),
         explanation=" ".join(result.text),
         unused=list(result.earthquakes.unused),
@@ -120,7 +120,7 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
             )
             for step in steps
         ],
-        versions=_versions(result.versions, result.earthquakes),
+        versions=versions(result.versions, result.earthquakes),
         model=ModelValues.of(done.model),
         explanation=" ".join(result.text),
         unused=list(result.earthquakes.unused),
@@ -180,7 +180,7 @@ def improvement(done: Work[ImprovementResult]) -> ImprovementDocument:
     return ImprovementDocument(
         building=done.model.building,
         taken=list(result.added),
-        versions=_versions(result.versions, result.earthquakes),
+        versions=versions(result.versions, result.earthquakes),
         model=ModelValues.of(done.model),
         diagnoses=[diagnosis(work(one, done.given, done.model.parent or "")) for one in result.rounds],
         explanation=" ".join(result.text),
@@ -258,7 +258,8 @@ def _bin(one: Bin, name: str | None) -> BinOut:
     return BinOut(class_=name, floors=one.noise_ratio, **values)
 
 
-def _versions(versions: Sequence[Version], earthquakes: Earthquakes) -> list[VersionOut]:
+def versions(made: Sequence[Version], earthquakes: Earthquakes) -> list[VersionOut]:
+    """Errors of versions, as documents hold them."""
     groups = earthquakes.groups
     return [
         VersionOut(
@@ -267,7 +268,7 @@ def _versions(versions: Sequence[Version], earthquakes: Earthquakes) -> list[Ver
             error_held_out=MisfitOut.of(version.error(groups[HELD_OUT])) if HELD_OUT in groups else None,
             events=_events(version.errors, earthquakes.held_out),
         )
-        for version in versions
+        for version in made
     ]
 
 

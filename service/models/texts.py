@@ -14,6 +14,7 @@ LIMITS_NOTE = (
     "interval, the motion is out of range, or a direction is not forecast."
 )
 DIAGNOSIS_TITLE = "{}: what the model lacks"
+SKETCH_TITLE = "{}: sketch of the force that the model lacks"
 DIAGNOSIS_FIGURES = (
     "The figures show the given model with its values fitted; the last two also show it with the added effects."
 )

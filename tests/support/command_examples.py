@@ -32,7 +32,8 @@ WITH_DATABASE = {
 """Commands that use the database of the settings, with what each takes."""
 WITHOUT = {
     *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key"),
-    *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve"),
+    *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve", "model forecast"),
+    "model sketch",
 }
 WAITING = {"up", "api", "poll", "work", "notify"}
 """Parts of the service, which may wait for a database that is away."""
