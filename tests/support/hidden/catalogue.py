@@ -8,9 +8,9 @@ from typing import Any
 from numba import njit
 
 from hidden.law import Law
-from hidden.laws import elastic, layer, outside, remembering, rubbing, viscous, yielding
+from hidden.laws import elastic, layer, outside, remembering, rubber, rubbing, viscous, yielding
 
-MODULES = (layer, elastic, viscous, rubbing, yielding, remembering, outside)
+MODULES = (layer, elastic, viscous, rubbing, yielding, remembering, rubber, outside)
 LAWS: Mapping[str, Law] = MappingProxyType({law.name: law for module in MODULES for law in module.LAWS})
 ORDER = tuple(LAWS)
 """The index is the law's code."""
