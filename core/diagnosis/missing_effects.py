@@ -28,6 +28,8 @@ from core.model.isolator import Isolator
 
 PAIR = 2
 """Effects that are searched together."""
+PAIRED = 0.02
+"""Share of the excess error that the effects leave, from which on pairs are tested. A choice, for their time."""
 MOST_EFFECTS = 3
 """Effects that one diagnosis adds at most. A choice."""
 FEW_EFFECTS = 2
@@ -185,7 +187,7 @@ def diagnosed(
 
     first = rank(model)
     steps, last = _added([], first, rank, report_step)
-    if steps and (len(steps) > 1 or last.noise_ratio(last.base) > ABOVE_NOISE):
+    if _may_be_stand_ins(steps, first, last):
         report_step(f"{_named(steps)}; testing pairs of effects")
         pair = best_pair(by_noise, first, allowed_effects, last.base.model)
         steps, last = _added(*_by_pair(pair, steps, last, rank), rank, report_step)
@@ -222,6 +224,12 @@ def diagnosed(
         ratios_before=judge.noise_ratios(first.base.model),
         ratios_after=after,
     )
+
+
+def _may_be_stand_ins(steps: Sequence[Step], first: Ranking, last: Ranking) -> bool:
+    """True if a pair of effects could explain more than the steps, or as much as three of them."""
+    left, before = (excess(one.noise_ratio(one.base)) for one in (last, first))
+    return bool(steps) and (len(steps) > PAIR or left > PAIRED * before)
 
 
 def _added(

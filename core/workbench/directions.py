@@ -22,6 +22,10 @@ HORIZONTAL: tuple[Direction, ...] = ("x", "y")
 EXCLUDED = 1.5
 """Factor by which an effect of the other direction raises the error, from which on the records exclude it. A choice."""
 
+NEXT_TO_NOTHING = 0.02
+"""Share of the excess error in one direction below which no other effect than those of both is looked for there. A
+choice, for the time that it saves."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DirectionDiagnosis:
@@ -68,14 +72,30 @@ def each_direction(
         report_step(f"diagnosing direction {direction}")
         try:
             alone = (
-                whole
-                if seen.directions == (direction,)
-                else diagnosed(earthquakes.fitted, model, offered, report_step, earthquakes.tested)
+                whole if seen.directions == (direction,) else _alone(whole, model, earthquakes, offered, report_step)
             )
         except ModelError:  # a value of one direction that is impossible in the other
             return ()
         each.append(DirectionDiagnosis(direction, alone, earthquakes))
     return tuple(each)
+
+
+def _alone(
+    whole: Diagnosis,
+    model: Isolator,
+    earthquakes: Earthquakes,
+    offered: Collection[str],
+    report_step: Callable[[str], None],
+) -> Diagnosis:
+    """The diagnosis of one direction: with the effects of the whole one where these explain the records, else with all
+    that are offered."""
+    known = {one.effect for step in whole.steps for one in step.alike}
+    found = diagnosed(earthquakes.fitted, model, known, report_step, earthquakes.tested)
+    left = found.unexplained
+    is_explained = found.outcome is not Outcome.UNKNOWN and (
+        not left.is_there or left.excess < NEXT_TO_NOTHING * found.before.excess
+    )
+    return found if is_explained else diagnosed(earthquakes.fitted, model, offered, report_step, earthquakes.tested)
 
 
 def _along(seen: Earthquakes, direction: Direction) -> Earthquakes:

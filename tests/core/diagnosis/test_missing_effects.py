@@ -69,7 +69,6 @@ def test_two_hidden_effects_are_both_named() -> None:
     assert reported == [
         f"step 1: {first}; searching for another effect",
         f"step 1: {first}, step 2: {second}; searching for another effect",
-        f"step 1: {first}, step 2: {second}; testing pairs of effects",
     ]
 
 
