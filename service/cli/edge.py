@@ -17,6 +17,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from service.threads import ONE_THREAD
+
 CANNOT, BUG = 1, 70
 """Exit codes: an error that a user can remedy; a bug (EX_SOFTWARE of sysexits.h)."""
 GARBAGE = (50_000, 20, 20)
@@ -42,6 +44,7 @@ class Edge(TyperGroup):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401  as typer has it
         """Run a command; an error ends it with a message and an exit code other than 0."""
+        os.environ.update(ONE_THREAD | os.environ)  # before NumPy is loaded; who set another number keeps it
         gc.set_threshold(*GARBAGE)
         atexit.register(gc.freeze)  # the system takes the memory back: no last search through all modules
         try:

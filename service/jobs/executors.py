@@ -12,10 +12,8 @@ from typing import Any
 
 from service.jobs.child import begin
 from service.settings import Settings
+from service.threads import ONE_THREAD
 from service.user_effects import add_user_effects
-
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""One BLAS thread per process: with several, 16 simultaneous decompositions took ten times as long."""
 
 Executors = Callable[[], Executor]
 """A function that returns a live executor; after a crash, a new one."""

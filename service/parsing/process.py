@@ -17,6 +17,7 @@ from service.formats.fdsn_xml import Origin
 from service.formats.waveforms import Piece
 from service.parsing import wire
 from service.settings import Settings
+from service.threads import ONE_THREAD
 
 log = logging.getLogger(__name__)
 
@@ -107,7 +108,7 @@ class Parser:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env={**kept, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+            env={**kept, **ONE_THREAD},
         )
         self.is_new = True
 

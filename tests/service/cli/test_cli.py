@@ -72,6 +72,17 @@ def test_a_command_imports_what_it_needs(command: str, unused: Collection[str], 
     assert not loaded & set(unused)
 
 
+@pytest.mark.parametrize(("given", "threads"), [({}, 1), ({"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2"}, 2)])
+def test_linear_algebra_has_one_thread_unless_a_person_gives_it_more(given: dict[str, str], threads: int) -> None:
+    script = (
+        "import os; from service.cli import app; app(['effects'], standalone_mode=False); import numpy.linalg; "
+        "print('threads', len(os.listdir('/proc/self/task')))"
+    )
+    inherited = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=inherited | given)
+    assert done.stdout.splitlines()[-1] == f"threads {threads}", done.stderr[-2000:]
+
+
 def test_without_a_command_the_help_is_shown() -> None:
     shown = CliRunner().invoke(app, [])
     assert "Structural health monitoring" in shown.output
