@@ -58,8 +58,6 @@ class Term:
     """In words."""
     expression: str
     """Of a law, in U, V and {s}."""
-    sense: str
-    """Physical sense: elastic, viscous, hysteretic, memory, history or conditions."""
     depends: tuple[str, ...]
     """Variables that it depends on."""
     shape: Shape = ""
@@ -127,62 +125,62 @@ TRAVELLED = Memory(("travelled",), ("abs(v)",), _travelled, is_carried=True)
 
 U, V, Z = ("displacement",), ("velocity",), ("yield variable",)
 TERMS = (
-    Term("spring that hardens or softens with the square", "u * abs(u) / U ** 2", "elastic", U),
-    Term("cubic spring", "(u / U) ** 3", "elastic", U),
-    Term("spring of fifth order", "(u / U) ** 5", "elastic", U),
-    Term("asymmetric spring, by the square", "(u / U) ** 2", "elastic", U),
-    Term("asymmetric spring, stiffer to one side", "abs(u) / U", "elastic", U),
-    Term("spring that saturates", "tanh(u / {s})", "elastic", U, "length", LENGTHS),
-    Term("wave over the displacement", "sin(u / {s})", "elastic", U, "length", LENGTHS),
-    Term("spring over a range", "u / {s} * exp(-0.5 * (u / {s}) ** 2)", "elastic", U, "length", LENGTHS),
-    Term("spring beyond a gap", "copysign(max(abs(u) - {s}, 0.0), u) / U", "elastic", U, "length", LENGTHS),
-    Term("spring beyond a gap, positive side", "max(u - {s}, 0.0) / U", "elastic", U, "length", LENGTHS),
-    Term("spring beyond a gap, negative side", "min(u + {s}, 0.0) / U", "elastic", U, "length", LENGTHS),
-    Term("drag", "v * abs(v) / V ** 2", "viscous", V),
-    Term("cubic dashpot", "(v / V) ** 3", "viscous", V),
-    Term("dashpot of the square root", "copysign(sqrt(abs(v) / V), v)", "viscous", V),
-    Term("dashpot that saturates", "tanh(v / {s})", "viscous", V, "speed", SPEEDS),
-    Term("dashpot beyond a speed", "copysign(max(abs(v) - {s}, 0.0), v) / V", "viscous", V, "speed", SPEEDS),
-    Term("dashpot, positive direction", "max(v, 0.0) / V", "viscous", V),
-    Term("dashpot that grows with the displacement", "v * abs(u) / (U * V)", "viscous", (*U, *V)),
-    Term("dashpot that grows with its square", "v * u ** 2 / (U ** 2 * V)", "viscous", (*U, *V)),
-    Term("dashpot over a range", "v / V * exp(-0.5 * (u / {s}) ** 2)", "viscous", (*U, *V), "length", LENGTHS),
-    Term("dashpot of inward motion", "v / V * (0.5 - 0.5 * copysign(1.0, u * v))", "viscous", (*U, *V)),
-    Term("slip", "z", "hysteretic", Z, "length", LENGTHS, SLIP),
-    Term("slip that grows with the displacement", "z * abs(u) / U", "hysteretic", (*U, *Z), "length", LENGTHS, SLIP),
-    Term("slip that grows with the velocity", "z * abs(v) / V", "hysteretic", (*V, *Z), "length", LENGTHS, SLIP),
+    Term("spring that hardens or softens with the square", "u * abs(u) / U ** 2", U),
+    Term("cubic spring", "(u / U) ** 3", U),
+    Term("spring of fifth order", "(u / U) ** 5", U),
+    Term("asymmetric spring, by the square", "(u / U) ** 2", U),
+    Term("asymmetric spring, stiffer to one side", "abs(u) / U", U),
+    Term("spring that saturates", "tanh(u / {s})", U, "length", LENGTHS),
+    Term("wave over the displacement", "sin(u / {s})", U, "length", LENGTHS),
+    Term("spring over a range", "u / {s} * exp(-0.5 * (u / {s}) ** 2)", U, "length", LENGTHS),
+    Term("spring beyond a gap", "copysign(max(abs(u) - {s}, 0.0), u) / U", U, "length", LENGTHS),
+    Term("spring beyond a gap, positive side", "max(u - {s}, 0.0) / U", U, "length", LENGTHS),
+    Term("spring beyond a gap, negative side", "min(u + {s}, 0.0) / U", U, "length", LENGTHS),
+    Term("drag", "v * abs(v) / V ** 2", V),
+    Term("cubic dashpot", "(v / V) ** 3", V),
+    Term("dashpot of the square root", "copysign(sqrt(abs(v) / V), v)", V),
+    Term("dashpot that saturates", "tanh(v / {s})", V, "speed", SPEEDS),
+    Term("dashpot beyond a speed", "copysign(max(abs(v) - {s}, 0.0), v) / V", V, "speed", SPEEDS),
+    Term("dashpot, positive direction", "max(v, 0.0) / V", V),
+    Term("dashpot that grows with the displacement", "v * abs(u) / (U * V)", (*U, *V)),
+    Term("dashpot that grows with its square", "v * u ** 2 / (U ** 2 * V)", (*U, *V)),
+    Term("dashpot over a range", "v / V * exp(-0.5 * (u / {s}) ** 2)", (*U, *V), "length", LENGTHS),
+    Term("dashpot of inward motion", "v / V * (0.5 - 0.5 * copysign(1.0, u * v))", (*U, *V)),
+    Term("slip", "z", Z, "length", LENGTHS, SLIP),
+    Term("slip that grows with the displacement", "z * abs(u) / U", (*U, *Z), "length", LENGTHS, SLIP),
+    Term("slip that grows with the velocity", "z * abs(v) / V", (*V, *Z), "length", LENGTHS, SLIP),
     Term(
         "slip under the vertical load",
-        "z * (axial_load - 1.0)", "hysteretic", (*Z, "axial load"), "length", LENGTHS, SLIP,
+        "z * (axial_load - 1.0)", (*Z, "axial load"), "length", LENGTHS, SLIP,
     ),
     Term(
         "slip by temperature",
-        "z * (temperature - 20.0) / 10.0", "hysteretic", (*Z, "temperature"), "length", LENGTHS, SLIP,
+        "z * (temperature - 20.0) / 10.0", (*Z, "temperature"), "length", LENGTHS, SLIP,
     ),
     Term(
         "slip by the other direction",
-        "z * abs(u_cross) / U", "hysteretic", (*Z, "other direction"), "length", LENGTHS, SLIP,
+        "z * abs(u_cross) / U", (*Z, "other direction"), "length", LENGTHS, SLIP,
     ),
-    Term("spring in series with a dashpot", "stretch / U", "memory", ("motion before",), "time", TIMES, RELAXING),
-    Term("spring that follows late", "late / U", "memory", ("motion before",), "time", TIMES, LATE),
-    Term("swinging mass", "late / U", "memory", ("motion before",), "time", TIMES, SWING),
+    Term("spring in series with a dashpot", "stretch / U", ("motion before",), "time", TIMES, RELAXING),
+    Term("spring that follows late", "late / U", ("motion before",), "time", TIMES, LATE),
+    Term("swinging mass", "late / U", ("motion before",), "time", TIMES, SWING),
     Term(
         "spring that the largest displacement softens",
-        "u / U * exp(-largest / {s})", "history", (*U, "largest past displacement"), "length", LENGTHS, LARGEST,
+        "u / U * exp(-largest / {s})", (*U, "largest past displacement"), "length", LENGTHS, LARGEST,
     ),
     Term(
         "spring of the largest displacement",
-        "u * largest / U ** 2", "history", (*U, "largest past displacement"), memory=LARGEST,
+        "u * largest / U ** 2", (*U, "largest past displacement"), memory=LARGEST,
     ),
     Term(
         "spring that travel softens",
-        "u / U * exp(-travelled / {s})", "history", (*U, "travel"), "travel", TRAVELS, TRAVELLED,
+        "u / U * exp(-travelled / {s})", (*U, "travel"), "travel", TRAVELS, TRAVELLED,
     ),
-    Term("spring under the vertical load", "u / U * (axial_load - 1.0)", "conditions", (*U, "axial load")),
-    Term("spring by temperature", "u / U * (temperature - 20.0) / 10.0", "conditions", (*U, "temperature")),
-    Term("spring of the other direction", "u_cross / U", "conditions", ("other direction",)),
-    Term("spring by the other direction", "u * abs(u_cross) / U ** 2", "conditions", (*U, "other direction")),
-    Term("dashpot of the other direction", "v_cross / V", "conditions", ("other direction",)),
+    Term("spring under the vertical load", "u / U * (axial_load - 1.0)", (*U, "axial load")),
+    Term("spring by temperature", "u / U * (temperature - 20.0) / 10.0", (*U, "temperature")),
+    Term("spring of the other direction", "u_cross / U", ("other direction",)),
+    Term("spring by the other direction", "u * abs(u_cross) / U ** 2", (*U, "other direction")),
+    Term("dashpot of the other direction", "v_cross / V", ("other direction",)),
 )  # fmt: skip
 """All kinds. Springs and dashpots that are proportional to the motion are left to the model."""
 

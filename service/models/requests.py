@@ -108,9 +108,11 @@ def forecast(session: Session, model_id: int, wanted: ForecastRequest, by: str, 
 
     Raises:
         NotFoundError: there is no such event.
-        ConflictError: it is not analysed, no event shows the model's error, or the building file has no design
-            spectrum to scale to.
+        ConflictError: it is not analysed, no event shows the model's error, it is to be scaled to several things, or
+            the building file has no design spectrum to scale to.
     """
+    if sum([wanted.pga is not None, wanted.displacement is not None, wanted.design_spectrum]) > 1:
+        raise ConflictError(texts.ONE_SCALING)
     model = queries.version(session, model_id)
     _check(session, model, None)
     event = record_queries.event(session, wanted.earthquake)

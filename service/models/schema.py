@@ -243,12 +243,6 @@ class ForecastRequest(BaseModel):
         allow_inf_nan=False,
     )
 
-    @model_validator(mode="after")
-    def _one_scaling(self) -> "ForecastRequest":
-        if sum([self.pga is not None, self.displacement is not None, self.design_spectrum]) > 1:
-            raise ValueError("scale to one thing: pga, displacement or design_spectrum")
-        return self
-
 
 class ForecastForm(BaseModel):
     """The same by a form: a size with its unit, and what it is of."""

@@ -63,6 +63,10 @@ def test_agrees_with_central_differences(law: Callable[..., Any], x: float, y: f
         assert answer[1] == pytest.approx(np.ravel(ahead - back) / (2 * step), rel=1e-6, abs=1e-6)
 
 
+FARTHEST = {"largest", "ever", "reached", "recent"}
+"""States that are a largest displacement, which is never negative."""
+
+
 def drawn(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
     """Arguments of an effect's law near where it is used."""
     result = {name: rng.uniform(0.5, 1.5) for name in SCALES} | {YIELDED: rng.uniform(-0.9, 0.9)}
@@ -70,6 +74,7 @@ def drawn(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
     result |= {"v_cross": rng.normal(0, 0.3), "axial_load": rng.uniform(0.8, 1.2)}
     result |= {"temperature": rng.uniform(-5, 35), "time": rng.uniform(0, 1e8)}
     result |= {state: rng.uniform(-0.3, 0.9) for state in effect.states}
+    result |= {state: abs(result[state]) for state in FARTHEST & set(effect.states)}
     return result | {one.name: one.prior.median * rng.uniform(0.8, 1.25) for one in effect.parameters}
 
 

@@ -62,7 +62,7 @@ def test_a_stored_earthquake_comes_again(api: TestClient, sessions: sessionmaker
     ("wanted", "status", "reason"),
     [
         ({"earthquake": 99}, 404, "99"),
-        ({"earthquake": 1, "pga": 1.0, "displacement": 0.1}, 422, "scale to one thing"),
+        ({"earthquake": 1, "pga": 1.0, "displacement": 0.1}, 409, "scale to one thing"),
         ({"earthquake": 1, "pga": -1.0}, 422, "greater than 0"),
         ({"earthquake": 1, "pga": 1e6}, 422, "less than or equal to 100"),
         ({"earthquake": 1, "pga": "strong"}, 422, "number"),
