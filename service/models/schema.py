@@ -222,7 +222,7 @@ class ForecastRequest(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    earthquake: int = Field(
+    earthquake: Annotated[int, BeforeValidator(whole)] = Field(
         description="Number of a stored event whose ground motion is used, of this building or of another one.",
         ge=1,
         le=LARGEST,
