@@ -3,8 +3,8 @@
     python -m benchmarks.sketch --seeds 3 --parity 1
 
 Every trial is kept in a file as it is done, so that a run that was stopped goes on where it was, and runs in a process
-of its own, since a proposed law becomes an effect of its process. The limits of core.sketching were set on even seeds
-and on the simulated layers of its tests; the page shows odd seeds.
+of its own, since a proposed law becomes an effect of its process. The limits of core.sketching are choices,
+made on the simulated layers of its tests.
 """
 
 import json

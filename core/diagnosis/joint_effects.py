@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.diagnosis.candidate_search import score_tests, search_in_parallel
-from core.diagnosis.ranking import Ranking, ScoredCandidate
+from core.diagnosis.ranking import Ranking, ScoredCandidate, delta_bic
 from core.effects import EFFECTS
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, fitted, inflation, reweighted_data
-from core.fitting.projection import free_parameters
 from core.fitting.search import Outcome
 from core.model.isolator import Isolator, parameter
 
@@ -23,7 +22,6 @@ FIRSTS = 4
 """Effects beside which a second one is tested, those that explain most alone. A choice, for its time."""
 SEARCHED = 5
 """Pairs at most that are searched. A choice, for its time."""
-
 SHAKEN = 1.6
 """Ratio by which lengths are changed for another search. A choice."""
 
@@ -65,10 +63,7 @@ def best_pair(by_noise: FitData, first: Ranking, effects: Collection[str], so_fa
     before = fitted(data, so_far)
     if Outcome.DIVERGED in {fit.outcome, before.outcome}:
         return None
-    τ = inflation(data, fit)
-    more = free_parameters(fit.model).count - free_parameters(before.model).count
-    delta = (fit.chi_square - before.chi_square) / τ + more * np.log(data.target.size / τ)
-    return Joint(names, fit, before, data, float(delta))
+    return Joint(names, fit, before, data, delta_bic(data, before, fit, inflation(data, fit)))
 
 
 def _shaken(model: Isolator, effects: Collection[str]) -> Iterator[Isolator]:

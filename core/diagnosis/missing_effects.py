@@ -1,7 +1,7 @@
 """Physical effects that a model lacks, and whether adding them helps.
 
-Effects are added one at a time, each time the best of those that are left, until the records support no more. Unless
-one explains everything, pairs are then searched together, since several effects may have one stand-in. Where there are
+Effects are added one at a time, each time the best of those that are left, until the records support no more. Where
+these leave something, pairs are then searched together, since several effects may have one stand-in. Where there are
 three, each is compared with all others once again and more are added, as long as the force's error falls. Whatever no
 effect explains is reported beside every name: if the library lacks the true effect, a wrong name is nearly always
 significant.

@@ -194,6 +194,17 @@ def _noise_ratio(data: FitData, fit: Fit, floor: Vector) -> float:
 
 
 def _scored(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> ScoredCandidate:
-    more = free_parameters(fit.model).count - free_parameters(base.model).count
-    delta = (fit.chi_square - base.chi_square) / τ + more * np.log(data.target.size / τ)
-    return ScoredCandidate(name, fit, float(delta))
+    return ScoredCandidate(name, fit, delta_bic(data, base, fit, τ))
+
+
+def delta_bic(data: FitData, before: Fit, after: Fit, τ: float) -> float:
+    """BIC of a fit less that of another, of both to the same data; below −DECISIVE the records support it.
+
+    Args:
+        data: the records.
+        before: fit of the simpler model.
+        after: fit of the other.
+        τ: inflation of the residual, by which it counts as fewer independent values.
+    """
+    more = free_parameters(after.model).count - free_parameters(before.model).count
+    return float((after.chi_square - before.chi_square) / τ + more * np.log(data.target.size / τ))

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
+from core.diagnosis.ranking import DECISIVE
 from core.diagnosis.worth import excess
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
@@ -23,9 +24,6 @@ MOST_TERMS = 3
 """Terms of a law at most. A choice: more would be no sketch."""
 BEAM = 5
 """Beginnings that are followed side by side. A choice."""
-DECISIVE = 10.0
-"""Fall of BIC, beyond the price of the choice among all terms, from which on a law counts; see
-core.diagnosis.ranking."""
 LEAST_SHARE = 0.05
 """Smallest share of the residual's power that a sketch takes. A choice: noise whose spectrum is not known well gives a
 few percent to the best of all terms."""
