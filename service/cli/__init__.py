@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli import analyse, building, demo, drill, keys, model, report, reproduce, run, secret, status
+from service.cli import analyse, building, demo, doctor, drill, keys, model, report, reproduce, run, secret, status
 from service.cli.edge import Edge
 
 app = typer.Typer(
@@ -14,7 +14,10 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
     help="Structural health monitoring for base-isolated buildings.",
 )
-for group in (demo.app, run.app, status.app, report.app, drill.app, analyse.app, reproduce.app, model.effects_app):
+for group in (
+    *(demo.app, run.app, status.app, doctor.app, report.app, drill.app),
+    *(analyse.app, reproduce.app, model.effects_app),
+):
     app.add_typer(group)
 app.add_typer(building.app, name="building")
 app.add_typer(model.app, name="model")

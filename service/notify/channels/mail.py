@@ -36,14 +36,14 @@ def send(message: RenderedMessage, to: Destination, settings: Settings, now: dat
     if settings.smtp.host is None:
         return DeliveryResult("not_taken", "no mail server is set; set smtp.host")
     try:
-        with _connected(settings) as server:
+        with connected(settings) as server:
             result = _handed_over(server, composed(message, to.address, settings.smtp.sender, now), to.address)
             if result.outcome != "unknown":  # do not wait for a silent server again
                 with suppress(smtplib.SMTPException, OSError):  # the mail is accepted already
                     server.quit()
             return result
     except (smtplib.SMTPException, OSError) as error:
-        return DeliveryResult("not_taken", one_line(f"mail server: {_reply(error)}"))
+        return DeliveryResult("not_taken", one_line(f"mail server: {reply(error)}"))
 
 
 def composed(message: RenderedMessage, to: str, sender: str, now: datetime) -> EmailMessage:
@@ -87,7 +87,7 @@ def page(message: RenderedMessage, picture: str | None) -> str:
 
 
 @contextmanager
-def _connected(settings: Settings) -> Iterator[smtplib.SMTP]:
+def connected(settings: Settings) -> Iterator[smtplib.SMTP]:
     """The mail server, after STARTTLS and a login if the settings ask for them."""
     assert settings.smtp.host is not None
     place = (settings.smtp.host, settings.smtp.port)
@@ -110,18 +110,19 @@ def _handed_over(server: smtplib.SMTP, mail: EmailMessage, to: str) -> DeliveryR
     try:
         server.send_message(mail)
     except smtplib.SMTPRecipientsRefused as error:
-        code, reply = error.recipients[to]
-        return DeliveryResult("not_taken", one_line(f"{code} {reply.decode('utf-8', 'replace')}"), code in PERMANENT)
+        code, said = error.recipients[to]
+        return DeliveryResult("not_taken", one_line(f"{code} {said.decode('utf-8', 'replace')}"), code in PERMANENT)
     except smtplib.SMTPDataError as error:
-        return DeliveryResult("not_taken", one_line(_reply(error)), error.smtp_code in PERMANENT)
+        return DeliveryResult("not_taken", one_line(reply(error)), error.smtp_code in PERMANENT)
     except (smtplib.SMTPResponseException, smtplib.SMTPNotSupportedError) as error:  # before the mail itself
-        return DeliveryResult("not_taken", one_line(_reply(error)))
+        return DeliveryResult("not_taken", one_line(reply(error)))
     except (smtplib.SMTPException, OSError) as error:
-        return DeliveryResult("unknown", one_line(f"mail server: {_reply(error)}"))
+        return DeliveryResult("unknown", one_line(f"mail server: {reply(error)}"))
     return DeliveryResult("delivered", "accepted by the mail server")
 
 
-def _reply(error: Exception) -> str:
+def reply(error: Exception) -> str:
+    """The server's reply, or the problem of the connection."""
     if isinstance(error, smtplib.SMTPResponseException):
         text = error.smtp_error
         return f"{error.smtp_code} {text.decode('utf-8', 'replace') if isinstance(text, bytes) else text}"

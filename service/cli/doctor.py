@@ -1,0 +1,55 @@
+"""`menshin doctor`: what is wrong with the installation, and what helps."""
+
+import json
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.inputs import current_settings
+
+if TYPE_CHECKING:
+    from service.doctor.findings import Finding
+
+app = typer.Typer()
+
+STYLES = {"good": "green", "note": "yellow", "wrong": "bold red", "unknown": "magenta"}
+
+
+@app.command()
+def doctor(
+    timeout: Annotated[
+        float, typer.Option(min=0.1, max=600, help="Seconds that the database has, and then all other checks together.")
+    ] = 10.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Examine the installation: what is wrong, and what helps.
+
+    Examined are the settings, the database, disk, clock, processes, the mail server, the sources of records, keys and
+    recipients. Nothing is changed and nothing is sent. The exit code is 0 if nothing is wrong, 1 if something is wrong
+    or could not be examined, 2 if the settings cannot be read.
+    """
+    from service.doctor.examination import examine
+    from service.doctor.findings import State
+
+    findings = examine(current_settings(), timeout)
+    is_well = all(one.state in (State.GOOD, State.NOTE) for one in findings)
+    if as_json:
+        items = [{"check": f.check, "state": f.state, "found": f.found, "helps": f.helps or None} for f in findings]
+        typer.echo(json.dumps({"is_well": is_well, "findings": items}, indent=2, ensure_ascii=False))
+    else:
+        _print(findings)
+    raise typer.Exit(0 if is_well else 1)
+
+
+def _print(findings: "tuple[Finding, ...]") -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table("check", "state", "found", "what helps")
+    previous = ""
+    for one in findings:
+        name = "" if one.check == previous else one.check
+        table.add_row(name, Text(one.state, STYLES[one.state]), Text(one.found), Text(one.helps))
+        previous = one.check
+    Console().print(table)

@@ -1,0 +1,1 @@
+"""Examination of an installation, for the people who run it: what is wrong, and what helps."""
