@@ -6,7 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, gradient
+from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, gradient, with_variances
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
 from core.estimators.frame.model import Superstructure
 from core.optimisation import Damping, FactorDamping, Quadratic, Step, lower_point, minimised
@@ -88,7 +88,7 @@ def _settled(problem: Problem, start: Vector, variances: Variances) -> Calibrati
 def _step(here: Evaluation, damping: Damping) -> Step[Evaluation] | None:
     """Steps of the variances, then one of the parameters."""
     for _ in range(VARIANCE_STEPS if here.problem.hypothesis.is_random else 0):
-        here = evaluated(here.problem, here.parameters, next_variances(here), here.given.base)
+        here = with_variances(here, next_variances(here), here.given.base)
     free, slope = here.problem.hypothesis.free, gradient(here)
     normal = slope.normal[np.ix_(free, free)]
     unit = 1 / np.sqrt(np.diag(normal))

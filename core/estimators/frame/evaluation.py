@@ -6,8 +6,8 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Vector
 from core.estimators.frame.derivatives import (
+    base_driven_derivatives,
     determinant_descent,
-    mass_derivatives,
     sensor_derivatives,
     structural_derivatives,
 )
@@ -27,9 +27,9 @@ from core.estimators.frame.likelihood import (
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Layout, Superstructure, superstructure
 
-BLOCK = 1000
-"""Lines whose derivatives are computed at once. Measured: with all 3,500 lines of a record of 180 s at once, a gradient
-took 1.6 times as long; 400, 700 and 2,000 lines took longer too."""
+BLOCK = 1800
+"""Lines whose derivatives are computed at once. Measured with the 3,563 lines of a record of 180 s: in blocks of 500,
+1,000 and 3,600 lines a gradient took 1.7, 1.2 and 0.9 times as long, with random motion 1.2, 1.05 and 2.8 times."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,16 +133,38 @@ def evaluated(
         along: (channels, lines) the h at which the determinant along h is taken; None for that of the parameters.
     """
     lines, design, hypothesis = problem.lines, problem.design, problem.hypothesis
-    structure, scale = superstructure(parameters, design), 1 / np.sqrt(lines.noise_at)
-    sensors = scale * sensor_errors(parameters, design.layout, lines.angular)
+    structure = superstructure(parameters, design)
+    sensors = lines.scale * sensor_errors(parameters, design.layout, lines.angular)
     inputs = 2 + design.layout.floors if hypothesis.is_random else 1
     given = responses(structure, lines.angular, design.measured, sensors, inputs)
     free_vibration = np.zeros_like(sensors)
-    amplitudes = parameters[design.layout.transients]
-    free_vibration[1:] = sensors[1:] * floors_free_vibration(structure, lines, design.measured, amplitudes)
-    whitened = _whitened(problem, given, variances, scale)
-    residual, amplitude = projected(whitened, scale * lines.spectra - free_vibration)
-    misfit = np.sum(np.abs(residual) ** 2, axis=0)
+    if not lines.at_rest:
+        amplitudes = parameters[design.layout.transients]
+        free_vibration[1:] = sensors[1:] * floors_free_vibration(structure, lines, design.measured, amplitudes)
+    return _weighed(problem, parameters, variances, along, structure, given, free_vibration)
+
+
+def with_variances(here: Evaluation, variances: Variances, along: ComplexMatrix | None = None) -> Evaluation:
+    """Evaluation at the same parameters with other variances.
+
+    Args: as of `evaluated`.
+    """
+    return _weighed(here.problem, here.parameters, variances, along, here.structure, here.given, here.free_vibration)
+
+
+def _weighed(
+    problem: Problem,
+    parameters: Vector,
+    variances: Variances,
+    along: ComplexMatrix | None,
+    structure: Superstructure,
+    given: Responses,
+    free_vibration: ComplexMatrix,
+) -> Evaluation:
+    lines, hypothesis = problem.lines, problem.hypothesis
+    whitened = _whitened(problem, given, variances)
+    residual, amplitude = projected(whitened, lines.scaled - free_vibration)
+    misfit = np.sum(residual.real**2 + residual.imag**2, axis=0)
     cost = float(misfit.sum()) + hypothesis.penalty(parameters)
     if hypothesis.is_random:
         log_determinant = whitened.log_determinant + _log_power(whitened, given.base if along is None else along)
@@ -165,8 +187,10 @@ def evaluated(
 
 def sensor_errors(parameters: Vector, layout: Layout, angular: Vector) -> ComplexMatrix:
     """(channels, lines) factor of gains and clocks on a motion."""
-    clocks = np.exp(-1j * parameters[layout.delays][:, None] * angular)
-    return np.asarray(np.exp(parameters[layout.gains])[:, None] * clocks)
+    delays, errors = parameters[layout.delays], np.ones((layout.channels, angular.size), dtype=complex)
+    late = np.flatnonzero(delays)
+    errors[late] = np.exp(-1j * delays[late, None] * angular)
+    return np.asarray(np.exp(parameters[layout.gains])[:, None] * errors)
 
 
 def gradient(here: Evaluation) -> Gradient:
@@ -184,8 +208,11 @@ def gradient(here: Evaluation) -> Gradient:
 
 def _add_lines(here: Evaluation, descent: Vector, normal: Matrix) -> None:
     """Add to the descent and the normal matrix, in place, the terms of the lines."""
-    if here.problem.hypothesis.is_random:
-        descent[: here.problem.design.layout.structural] += _by_determinant(here)
+    (_add_random_lines if here.problem.hypothesis.is_random else _add_base_driven_lines)(here, descent, normal)
+
+
+def _add_random_lines(here: Evaluation, descent: Vector, normal: Matrix) -> None:
+    descent[: here.problem.design.layout.structural] += _by_determinant(here)
     derivatives = _derivatives(here)
     moving = np.flatnonzero(here.problem.hypothesis.std[: len(derivatives)] > 0)
     white = here.whitened.without_projection(derivatives[moving])
@@ -195,6 +222,29 @@ def _add_lines(here: Evaluation, descent: Vector, normal: Matrix) -> None:
     normal[np.ix_(moving, moving)] += 2 * (flat @ flat.T - flat_along @ flat_along.T)
 
 
+def _add_base_driven_lines(here: Evaluation, descent: Vector, normal: Matrix) -> None:
+    """The same where all is in units of the channels' noise, and the base slab's channel shows its own error alone."""
+    lines, layout = here.problem.lines, here.problem.design.layout
+    moving, floors = here.problem.hypothesis.free, _base_driven_derivatives(here)
+    towards = here.whitened.direction.conj()
+    along = towards[1] * floors[:, 0]
+    for channel in range(1, floors.shape[1]):
+        along += towards[1 + channel] * floors[:, channel]
+    flat = _real(floors)
+    descent[moving] += 2 * flat @ _real(here.residual[None, 1:])[0]
+    block = flat @ flat.T
+    base = np.flatnonzero(np.isin(moving, [layout.gains.start, layout.delays.start]))
+    if base.size:
+        by_gain = here.amplitude * here.given.base[0]
+        shown = np.where(moving[base, None] == layout.gains.start, by_gain, -1j * lines.angular * by_gain)
+        along[base] += towards[0] * shown
+        flat_shown = _real(shown)
+        descent[moving[base]] += 2 * flat_shown @ _real(here.residual[None, :1])[0]
+        block[np.ix_(base, base)] += flat_shown @ flat_shown.T
+    flat_along = _real(along)
+    normal[np.ix_(moving, moving)] += 2 * (block - flat_along @ flat_along.T)
+
+
 def amplitudes(here: Evaluation) -> ComplexMatrix:
     """(inputs, lines) of the base slab's acceleration and, where they are allowed for, of rocking and single floors."""
     met = np.einsum("icl,cl->il", here.unmodelled.conj(), here.residual)
@@ -202,9 +252,10 @@ def amplitudes(here: Evaluation) -> ComplexMatrix:
     return np.vstack([here.amplitude, weights * met])
 
 
-def _whitened(problem: Problem, given: Responses, variances: Variances, scale: Matrix) -> Whitened:
+def _whitened(problem: Problem, given: Responses, variances: Variances) -> Whitened:
     if not problem.hypothesis.is_random:
         return by_noise_alone(given.base)
+    scale = problem.lines.scale
     local = local_covariance(problem.design)[:, :, None] * scale[:, None] * scale
     rocking, floors = variances.at(problem.lines)
     return whitened_by(variance_at(given, rocking, floors / DYNAMIC_SHARE, local, DYNAMIC_SHARE), given.base)
@@ -224,8 +275,6 @@ def _derivatives(here: Evaluation) -> ComplexTensor:
     layout, given, acting = design.layout, here.given, amplitudes(here)
     where = (here.structure, given, lines.angular, design.measured, acting)
     derivatives = structural_derivatives(*where)
-    if np.any(here.problem.hypothesis.std[layout.masses]):
-        derivatives[layout.masses] = mass_derivatives(*where)
     modelled = np.einsum("il,icl->cl", acting, given.acting) + here.free_vibration
     if lines.at_rest:
         return np.concatenate([derivatives, sensor_derivatives(modelled, lines.angular)])
@@ -235,6 +284,27 @@ def _derivatives(here: Evaluation) -> ComplexTensor:
     by_amplitude = np.zeros((2 * layout.floors, *given.sensors.shape), dtype=complex)
     by_amplitude[:, 1:] = sensors * free_vibration_columns(*vibrating)
     return np.concatenate([derivatives, sensor_derivatives(modelled, lines.angular), by_amplitude])
+
+
+def _base_driven_derivatives(here: Evaluation) -> ComplexTensor:
+    """(free, channels - 1, lines) of the floors' channels by the free parameters, in units of noise."""
+    lines, design, given = here.problem.lines, here.problem.design, here.given
+    layout, free, sensors = design.layout, here.problem.hypothesis.free, here.given.sensors[1:]
+    structural = free[free < layout.structural]
+    derivatives = np.zeros((free.size, *sensors.shape), dtype=complex)
+    derivatives[: structural.size] = base_driven_derivatives(
+        here.structure, given, lines.angular, design.measured, here.amplitude, structural
+    )
+    modelled = here.amplitude * given.base[1:] + here.free_vibration[1:]
+    late = -1j * lines.angular * modelled
+    for channel in range(layout.channels - 1):
+        for series, first in ((modelled, layout.gains.start), (late, layout.delays.start)):
+            derivatives[free == first + 1 + channel, channel] = series[channel]
+    if not lines.at_rest:
+        vibrating, amplitudes = (here.structure, lines, design.measured), here.parameters[layout.transients]
+        derivatives[: structural.size] += sensors * free_vibration_changes(*vibrating, amplitudes)[structural]
+        derivatives[free >= layout.transients.start] = sensors * free_vibration_columns(*vibrating)
+    return derivatives
 
 
 def _log_power(whitened: Whitened, along: ComplexMatrix) -> Vector:

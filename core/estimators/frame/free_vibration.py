@@ -9,7 +9,7 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Vector
 from core.estimators.frame.lines import Lines
-from core.estimators.frame.model import Superstructure, modal_changes
+from core.estimators.frame.model import Superstructure
 
 LARGEST_RATIO = 0.9
 """Largest damping ratio; a calibration may try larger ones, which mean no vibration. A choice."""
@@ -65,7 +65,7 @@ def free_vibration_changes(
 
     Args: as of `floors_free_vibration`.
     """
-    by_squared, by_shapes, by_ratios = modal_changes(structure)
+    by_squared, by_shapes, by_ratios = structure.changes
     poles, instant = _poles(structure), np.exp(-1j * lines.angular / lines.rate)
     ω, ζ = np.sqrt(structure.squared), structure.damping_ratios
     root = np.sqrt(1 - np.minimum(ζ, LARGEST_RATIO) ** 2)

@@ -1,6 +1,7 @@
 """Spectral lines of a record: its discrete Fourier transform with the noise in it."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -23,7 +24,7 @@ QUIETEST = 0.02
 """Share of the record that counts as noise alone in judging rest. A choice."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for the cached properties
 class Lines:
     """Spectral lines of a record, all of them or those that calibration uses."""
 
@@ -60,6 +61,16 @@ class Lines:
     def noise_at(self) -> Matrix:
         """(channels, lines) mean square of the noise's transform."""
         return self.noise[:, None] * self.colour
+
+    @cached_property
+    def scale(self) -> Matrix:
+        """(channels, lines) inverse of the noise's root mean square: a spectrum times it is in units of noise."""
+        return np.asarray(1 / np.sqrt(self.noise_at))
+
+    @cached_property
+    def scaled(self) -> ComplexMatrix:
+        """(channels, lines) the spectra in units of noise."""
+        return np.asarray(self.scale * self.spectra)
 
 
 def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:

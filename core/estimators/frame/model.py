@@ -246,6 +246,11 @@ class Superstructure:
         by_parameter = np.concatenate([[self.lateral.stiffness], by_step, flexibilities])
         return np.asarray(self.shapes.T @ by_parameter @ self.shapes)
 
+    @cached_property
+    def changes(self) -> tuple[Matrix, Tensor, Matrix]:
+        """Derivatives of the modes; see `modal_changes`."""
+        return modal_changes(self)
+
     @property
     def frequencies(self) -> Vector:
         """(modes,) Hz."""
