@@ -34,6 +34,7 @@ from service.http import api_page, error_pages, languages, libraries, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
 from service.http.request_capture import RequestCapture
+from service.http.request_ids import RequestIds
 from service.http.responses import Answers
 from service.jobs import api as job_api
 from service.models.api import comparisons, effects, models
@@ -110,6 +111,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.service_problem)
     app.add_middleware(Measured, registry=app.state.metrics)
     app.add_middleware(languages.Languages)
+    app.add_middleware(RequestIds)
     problems.install(app)
     app.add_exception_handler(NulError, problems.text_problem)
     app.add_exception_handler(SecretKeyError, problems.secret_key_problem)

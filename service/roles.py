@@ -85,7 +85,7 @@ def running(
 
     No part starts if `stop` is set before the database answers.
     """
-    logs.begin(logs.LEVELS[settings.log_level])
+    logs.begin(logs.LEVELS[settings.log_level], settings.log_format)
     is_ready = _upgraded(settings.database_url, stop)
     with _opened(settings) as opened:
         if not is_ready:

@@ -141,7 +141,7 @@ def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answ
     stop, parent = Signal(), parent_process()
     assert parent is not None
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
-    logs.begin(level)
+    logs.begin(level, settings.log_format)
 
     def end_with_parent() -> None:
         parent.join()

@@ -17,6 +17,7 @@ from core.description import BuildingDescription
 from core.identification.modes import Mode
 from core.isolation_layer.motion import MeasuredMotion
 from core.record import Segment
+from service import logs
 from service.analyses.tables import (
     Analysis,
     CycleResult,
@@ -154,7 +155,8 @@ def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis,
     session.add(analysis)
     _log_unusable(session, event, result)
     when = f"{event.start:%Y-%m-%d %H:%M:%S} UTC"
-    log.info("event %d of %s, %s: %s", event.id, event.building.code, when, _outcome(result))
+    with logs.about(event=event.id, building=event.building.code):
+        log.info("event %d of %s, %s: %s", event.id, event.building.code, when, _outcome(result))
     return analysis
 
 
@@ -199,7 +201,8 @@ def _log_unusable(session: Session, event: Event, result: EventAnalysis) -> None
         .order_by(Recording.id)
     )
     said = "; ".join(" ".join(filter(None, (one.channel, one.message))) for one in fatal)
-    log.warning("event %d of %s (%s): %s", event.id, event.building.code, ", ".join(names), said)
+    with logs.about(event=event.id, building=event.building.code):
+        log.warning("event %d of %s (%s): %s", event.id, event.building.code, ", ".join(names), said)
 
 
 def _segment(waveform: Waveform) -> Segment:

@@ -13,6 +13,7 @@ from starlette.routing import Match
 
 from service.access.auth import is_narrowed
 from service.errors import NotFoundError, ServiceError
+from service.http.request_ids import HEADER, IDENTITY
 
 PROBLEM = "application/problem+json"
 DETAIL = {
@@ -73,9 +74,11 @@ def validation_problem(_: Request, error: Exception) -> Response:
     return problem(status, f"{first['in']} {first['name']}: {first['wanted']}", errors=errors)
 
 
-def internal_problem(_: Request, __: Exception) -> Response:
-    """The problem document of a bug: it reveals nothing, because the server logs the error."""
-    return problem(500, DETAIL[500])
+def internal_problem(request: Request, _: Exception) -> Response:
+    """The problem document of a bug: it reveals nothing, because the server logs the error with the request's
+    identity."""
+    identity = request.scope.get(IDENTITY)
+    return problem(500, DETAIL[500], None if identity is None else {HEADER: identity})
 
 
 def text_problem(_: Request, error: Exception) -> Response:

@@ -5,6 +5,7 @@ import os
 import socket
 from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -17,6 +18,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.errors import CoreError
+from service import logs
 from service.db import process_leases
 from service.db.problems import Attempts
 from service.db.process_leases import WORKING
@@ -134,7 +136,8 @@ class Worker:
             claim = self._claim()
             if claim is None:
                 break
-            started += self._start(claim)
+            with self._about(claim):
+                started += self._start(claim)
         return started
 
     def collect(self, timeout: float) -> int:
@@ -143,7 +146,8 @@ class Worker:
         finished = 0
         for future in done:
             job = self.running[future]
-            finished += self._take(future, job)
+            with self._about(job.claim):
+                finished += self._take(future, job)
             del self.running[
                 future
             ]  # only now: while the database does not answer, the result is kept and stored later
@@ -221,6 +225,10 @@ class Worker:
             for future, job in others.items():
                 self._submit(job)
                 del self.running[future]
+
+    def _about(self, claim: Claim) -> AbstractContextManager[None]:
+        """Lines of the log within are about this job."""
+        return logs.about(job=claim.job_id, kind=claim.kind, event=claim.event_id, model=claim.model_id)
 
     @property
     def _lease(self) -> timedelta:

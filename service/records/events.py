@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from sqlalchemy import ColumnElement, or_, select, update
 from sqlalchemy.orm import Session, undefer
 
+from service import logs
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import decode, encode
@@ -118,7 +119,8 @@ def at(
         event = Event(building_id=building.id, start=start, end=end, state="gathering", created_at=now, updated_at=now)
         session.add(event)
         session.flush()
-        log.info("event %d of %s: an earthquake begins to arrive", event.id, building.code)
+        with logs.about(event=event.id, building=building.code):
+            log.info("event %d of %s: an earthquake begins to arrive", event.id, building.code)
         return event
     into, *others = joined
     for other in others:

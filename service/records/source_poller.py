@@ -10,6 +10,7 @@ from typing import Any
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
+from service import logs
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.tables import Building
@@ -64,6 +65,10 @@ class SourcePoller:
         Returns:
             False if the source failed.
         """
+        with logs.about(building=code):
+            return self._poll(code)
+
+    def _poll(self, code: str) -> bool:
         with self.sessions() as session:
             building = building_store.find(session, code)
             described, state = building_store.described(session, building), session.get(SourceState, building.id)

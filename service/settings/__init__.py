@@ -75,6 +75,9 @@ class Settings(BaseSettings):
     log_level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="lowest level of the lines in the log"
     )
+    log_format: Literal["text", "json"] = Field(
+        default="text", description="form of the lines in the log: text, or json, one object a line; see running.md"
+    )
     trusted_proxies: tuple[str, ...] = Field(
         default=(),
         description="addresses of reverse proxies whose X-Forwarded-For and X-Forwarded-Proto are trusted; see "
