@@ -14,7 +14,9 @@ LINEAR_BELOW = 1e-6
 """Share of the reference speed, or force, below which the damper is linear, as its slope would be infinite. Not
 tuned."""
 SHORTEST = 4e-3
-"""s: a spring that would relax faster takes this long, since steps of a few milliseconds cannot follow it."""
+"""s: a spring that would relax faster takes this long, since steps of a few milliseconds cannot follow it. The tangent of
+its relaxation is no steeper either: above an exponent of 1, the damper's speed is a root of its force, and straight
+where that is steeper."""
 
 
 def law(v, spring, force, exponent, speed, give):
@@ -23,6 +25,11 @@ def law(v, spring, force, exponent, speed, give):
     away = abs(ratio * max(abs(ratio), LINEAR_BELOW) ** (exponent - 1.0) - spring)
     rate = (v - slips) / give
     if abs(rate) * SHORTEST <= away:
+        steepest = SHORTEST * speed / (give * exponent)
+        if exponent > 1.0 and max(abs(spring), LINEAR_BELOW) ** (1.0 - 1.0 / exponent) < steepest:
+            straight = copysign(steepest ** (1.0 / (exponent - 1.0)) * (1.0 - 1.0 / exponent), spring)
+            steady = abs((v - speed * straight) / give - spring / SHORTEST)
+            rate = copysign(min(steady, away / SHORTEST), rate)
         return force * spring, rate
     rate = copysign(away / SHORTEST, rate)
     ratio = (v - give * rate) / speed
