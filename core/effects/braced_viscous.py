@@ -14,8 +14,8 @@ LINEAR_BELOW = 1e-6
 """Share of the reference speed, or force, below which the damper is linear, as its slope would be infinite. Not
 tuned."""
 SHORTEST = 4e-3
-"""s: a spring that would relax faster takes this long, since steps of a few milliseconds cannot follow it. The tangent of
-its relaxation is no steeper either: above an exponent of 1, the damper's speed is a root of its force, and straight
+"""s: a spring that would relax faster takes this long, since steps of a few milliseconds cannot follow it. The tangent
+of its relaxation is no steeper either: above an exponent of 1, the damper's speed is a root of its force, and straight
 where that is steeper."""
 
 

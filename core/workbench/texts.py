@@ -19,6 +19,8 @@ from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, helps
 
 DIGITS = 3
 """Digits of an error in a sentence: its uncertainty is not known there."""
+LEAST = 1e-3
+"""Smallest share that is said as a number: one of its last digit."""
 HINTS: Mapping[str, str] = MappingProxyType(
     {
         "temperature": "records at temperatures 10 °C apart or more",
@@ -119,13 +121,13 @@ def resembling(steps: Sequence[Step]) -> Iterator[str]:
         yield f"It resembles {titled(step.chosen.effect)}, which is not the cause itself."
         if step.worth is None:
             continue
-        fitted, held_out = percent(max(step.worth.fitted, 0.0)), step.worth.held_out
+        fitted, held_out = _share(max(step.worth.fitted, 0.0)), step.worth.held_out
         if held_out is None:
             yield f"{_capital(step.chosen.effect)} takes {fitted} of the excess error where it was fitted."
         else:
             yield (
                 f"{_capital(step.chosen.effect)} takes {fitted} of the excess error where it was fitted and "
-                f"{percent(max(held_out, 0.0))} on held-out earthquakes."
+                f"{_share(max(held_out, 0.0))} on held-out earthquakes."
             )
 
 
@@ -135,13 +137,18 @@ def unexplained_share(taken: Worth) -> str:
     Args:
         taken: the share that the added effects take.
     """
-    fitted = percent(1 - taken.fitted)
+    fitted = _share(1 - taken.fitted)
     if taken.held_out is None:
         return f"Of the excess error (its power beyond the noise), {fitted} is unexplained where it was fitted."
     return (
         f"Of the excess error (its power beyond the noise), {fitted} is unexplained where it was fitted and "
-        f"{percent(1 - taken.held_out)} on held-out earthquakes."
+        f"{_share(1 - taken.held_out)} on held-out earthquakes."
     )
+
+
+def _share(share: float) -> str:
+    """A share in percent; none is said to be nothing, since a share that is rounded to 0 may be a little."""
+    return percent(share) if percent(share) != percent(0.0) else f"less than {percent(LEAST)}"
 
 
 def distinguishing_records(effects: Sequence[str]) -> str:

@@ -5,9 +5,10 @@ import re
 import pytest
 
 from core.diagnosis.unexplained import Unexplained
+from core.diagnosis.worth import Worth
 from core.effect import Effect, LogNormal, Parameter, explained
 from core.effects import EFFECTS
-from core.workbench.texts import remaining
+from core.workbench.texts import remaining, unexplained_share
 
 
 def test_an_error_that_follows_the_motion_shows_that_the_model_is_incomplete() -> None:
@@ -24,6 +25,14 @@ def test_an_error_that_does_not_follow_the_motion_is_not_called_structure() -> N
         "With these effects, the error is still 1.4 times the noise. Less than 5.0 % of its power follows the motion, "
         "so these records do not show what else is missing."
     )
+
+
+def test_a_share_that_rounds_to_nothing_is_said_to_be_small() -> None:
+    said = unexplained_share(Worth(fitted=1.0, held_out=0.9996))
+    assert said.endswith(
+        "less than 0.1 % is unexplained where it was fitted and less than 0.1 % on held-out earthquakes."
+    )
+    assert ", 0.1 % is unexplained" in unexplained_share(Worth(fitted=0.9994, held_out=None))
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))
