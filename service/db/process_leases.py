@@ -16,6 +16,8 @@ POLLING_LEASE = timedelta(seconds=60)
 """Time after which the lease of a silent poller expires. Not tuned."""
 WORKING = "working"
 """Lease of one of the workers while any worker is alive."""
+NOTIFYING = "notifying"
+"""Lease of the one notifier that does the housekeeping."""
 
 
 def hold(session: Session, name: str, holder: str, now: datetime, duration: timedelta) -> bool:

@@ -18,12 +18,12 @@ from core.errors import ModelError
 from service.addresses import is_loopback
 from service.db import encryption, migrate
 from service.db.problems import shown
-from service.db.process_leases import has_passed
+from service.db.process_leases import NOTIFYING, has_passed
 from service.db.sessions import free_bytes
 from service.doctor.findings import Found, good, note, wrong
 from service.health import readiness
 from service.jobs.tables import Lease
-from service.notify.housekeeping import LEASE, NOTIFYING
+from service.notify.housekeeping import LEASE
 from service.records.tables import SourceState
 from service.settings import Settings, old_names, settings_file, unknown_variables
 from service.user_effects import add_user_effects

@@ -18,7 +18,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.alerts.tables import Alert
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building
-from service.jobs.tables import Job
+from service.db.process_leases import NOTIFYING, POLLING, WORKING
+from service.jobs.tables import Job, Lease
 from service.notify.tables import Delivery, Receiver
 from service.records.tables import READ, REJECTED, Event, Recording, SourceState
 from service.verdict import reading
@@ -26,6 +27,16 @@ from service.verdict import reading
 Counted = Mapping[str, float]
 """A number by label; by the empty label where there is one number."""
 SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
+
+
+PROCESSES: Mapping[str, str] = {POLLING: "poller", WORKING: "worker", NOTIFYING: "notifier"}
+"""What has a lease while it lives, by the name of the lease."""
+
+
+def leases(session: Session) -> Counted:
+    """Unix time of the end of the leases of living processes, by process."""
+    rows = session.execute(select(Lease.name, Lease.until).where(Lease.name.in_(PROCESSES)))
+    return {PROCESSES[name]: until.timestamp() for name, until in rows}
 
 
 def events_by_state(session: Session) -> Counted:
@@ -117,6 +128,11 @@ def _times(session: Session, query: Select[*tuple[Any, ...]]) -> Counted:
 
 
 GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
+    "menshin_process_lease_timestamp_seconds": (
+        "Until when the lease of a poller, a worker and a notifier lasts, Unix time; that of a dead one has passed.",
+        "process",
+        leases,
+    ),
     "menshin_events": ("Events by state.", "state", events_by_state),
     "menshin_jobs": ("Jobs by state.", "state", jobs_by_state),
     "menshin_oldest_waiting_job_timestamp_seconds": (

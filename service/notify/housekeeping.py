@@ -14,7 +14,7 @@ from sqlalchemy import exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, sessionmaker
 
 from service.db import process_leases
-from service.db.process_leases import is_wrong
+from service.db.process_leases import NOTIFYING, is_wrong
 from service.db.sessions import reading
 from service.health import readiness
 from service.notify.channels import alertmanager
@@ -24,8 +24,6 @@ from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
-NOTIFYING = "notifying"
-"""Lease of the one notifier that does it."""
 LEASE = timedelta(seconds=60)
 """Time after which the lease of a silent notifier expires. Not tuned."""
 LONGEST_PAUSE = 5.0

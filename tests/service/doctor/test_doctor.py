@@ -22,12 +22,12 @@ from service.access.roles import Role
 from service.access.tables import ApiKey
 from service.buildings import store as building_store
 from service.db import process_leases
-from service.db.process_leases import POLLING, POLLING_LEASE, WORKING
+from service.db.process_leases import NOTIFYING, POLLING, POLLING_LEASE, WORKING
 from service.db.sessions import engine
 from service.demo.server import free_port
 from service.doctor.examination import examine
 from service.doctor.findings import Finding, State
-from service.notify.housekeeping import LEASE, NOTIFYING
+from service.notify.housekeeping import LEASE
 from service.records.source_poller import SourcePoller
 from service.records.tables import SourceState
 from service.settings import Settings

@@ -14,8 +14,8 @@ from service.access.auth import Role
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building, Revision
 from service.db import process_leases
-from service.db.process_leases import POLLING, WORKING
-from service.jobs.tables import Job
+from service.db.process_leases import NOTIFYING, POLLING, WORKING
+from service.jobs.tables import Job, Lease
 from service.records.tables import Event, Recording, SourceState
 
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
@@ -100,12 +100,15 @@ def reported(answer: str) -> dict[tuple[str, ...], float]:
 
 
 def test_metrics_show_what_the_database_holds(database_url: str, sessions: sessionmaker[Session]) -> None:
+    until = datetime(2030, 1, 1, tzinfo=UTC)
     with sessions.begin() as session:
         filled(session)
+        session.add_all([Lease(name=name, holder="host:1", until=until) for name in (NOTIFYING, "poller/host:1")])
     with client(database_url) as api:
         found = reported(api.get("/metrics").text)
     state = {name: value for name, value in found.items() if not name[0].startswith("menshin_http")}
     assert state == {
+        ("menshin_process_lease_timestamp_seconds", "notifier"): until.timestamp(),
         ("menshin_events", "queued"): 1,
         ("menshin_events", "refused"): 1,
         ("menshin_jobs", "done"): 2,
