@@ -3,14 +3,11 @@
 from collections.abc import Iterator
 
 import pytest
-
-from core import effects
+from few_effects import few_effects
 
 
 @pytest.fixture(autouse=True)
-def only_the_library_afterwards() -> Iterator[None]:
-    """Remove the effects that a test has added."""
-    before = set(effects.EFFECTS)
-    yield
-    for name in set(effects.EFFECTS) - before:
-        del vars(effects)["_known"][name]
+def own_library() -> Iterator[None]:
+    """Only the effects of the tests' model, and those that a test adds."""
+    with few_effects():
+        yield

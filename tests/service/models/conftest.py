@@ -1,13 +1,24 @@
 """Records of a building whose layer meets a moat wall, as files, and the model of its design."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from cached_executor import CachedExecutor
 from hidden import files
 from hidden.trial import Trial, trial
 
 from core.model.isolator import Isolator
 from service.models.model_file import ModelFile, written
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _analysed_once() -> Iterator[None]:
+    """Commands keep their analyses for other tests of this run: those of `folder` are of the same earthquakes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(CachedExecutor.folder))
+        patch.setenv("MENSHIN_JOBS__KEPT_ROOM", "1")
+        yield
 
 
 def without_the_hidden(of: Trial) -> Isolator:

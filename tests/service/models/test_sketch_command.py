@@ -6,21 +6,21 @@ from pathlib import Path
 
 import pytest
 from command import menshin
+from few_effects import few_effects
 
 from core import effects
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_settings")]
 
 
-@pytest.fixture(autouse=True)
-def only_the_library_afterwards() -> Iterator[None]:
-    """Remove the effects that a test has added: other tests in the process go through all that there are."""
-    before = set(effects.EFFECTS)
-    yield
-    for name in set(effects.EFFECTS) - before:
-        del vars(effects)["_known"][name]
+@pytest.fixture
+def own_library() -> Iterator[None]:
+    """Only the effects of the model, and those that a test adds."""
+    with few_effects():
+        yield
 
 
+@pytest.mark.usefixtures("own_library")
 def test_a_force_that_the_model_lacks_becomes_a_file_that_runs(folder: Path, tmp_path: Path) -> None:
     given = [folder / f"event{number}.mseed" for number in (1, 2, 3, 4)]
     out = ("-o", tmp_path / "wall.py", "--json", tmp_path / "s.json", "--html", tmp_path / "s.html")

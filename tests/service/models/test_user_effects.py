@@ -140,6 +140,7 @@ from core.effects import EFFECTS, add_effect
 from core.fitting.fit import fitted
 from core.fitting.data import FitData
 from core.model.isolator import Isolator
+from few_effects import few_effects
 from synthetic_observations import observations
 from service.user_effects import add_user_effects
 
@@ -166,17 +167,18 @@ def left(effects):
     return float(np.linalg.norm(found.residual)), found.model.effects
 
 
-without, _ = left({})
-add_user_effects(Path(sys.argv[1]))
-cell(1, sys.argv[2].replace("Water drag", "Drag again"))
-add_effect("drag_of_a_cell", EFFECT)
-with_file, values = left({"drag": {"drag": 1e6}})
-with_cell, again = left({"drag_of_a_cell": {"drag": 1e6}})
-assert with_file < 0.6 * without, (with_file, without)
-assert abs(values["drag"]["drag"] / wet - 1) < 0.05, values
-assert abs(with_cell / with_file - 1) < 1e-6
-assert abs(left({})[0] / without - 1) < 1e-9
-print(EFFECTS["drag"].title, EFFECTS["drag_of_a_cell"].title)
+with few_effects():
+    without, _ = left({})
+    add_user_effects(Path(sys.argv[1]))
+    cell(1, sys.argv[2].replace("Water drag", "Drag again"))
+    add_effect("drag_of_a_cell", EFFECT)
+    with_file, values = left({"drag": {"drag": 1e6}})
+    with_cell, again = left({"drag_of_a_cell": {"drag": 1e6}})
+    assert with_file < 0.6 * without, (with_file, without)
+    assert abs(values["drag"]["drag"] / wet - 1) < 0.05, values
+    assert abs(with_cell / with_file - 1) < 1e-6
+    assert abs(left({})[0] / without - 1) < 1e-9
+    print(EFFECTS["drag"].title, EFFECTS["drag_of_a_cell"].title)
 """
 
 
@@ -220,6 +222,7 @@ import warnings
 from pathlib import Path
 
 from core.model.isolator import Isolator
+from few_effects import LINEAR_WITH_YIELDING, few_effects
 from records_from_observations import records_from_observations
 from synthetic_observations import BOUC_WEN, observations
 from service.user_effects import add_user_effects
@@ -230,14 +233,15 @@ from service.models.operations import diagnose
 from service.models.results import as_json
 
 warnings.simplefilter("error")
-add_user_effects(Path(sys.argv[1]))
-slides = {"sliding": 3e6, "share": 0.3, "a": 30.0, "slip": 1e-3}
-seen = observations(Isolator({**BOUC_WEN.effects, "friction": slides}), 0.02, 3, peaks=(0.02, 0.06))
-model = ModelFile("PAPER", "x", BOUC_WEN)
-found = diagnose(model, "given.toml", records_from_observations(seen), silent, ("runaway", "friction"))
-document = as_json(documents.diagnosis(found))
-print([one["effect"] for one in document["candidates"]], [one["effect"] for one in document["steps"]])
-print([one["effect"] for one in document["dropped"]], found.result.text[-1])
+with few_effects((*LINEAR_WITH_YIELDING, "friction")):
+    add_user_effects(Path(sys.argv[1]))
+    slides = {"sliding": 3e6, "share": 0.3, "a": 30.0, "slip": 1e-3}
+    seen = observations(Isolator({**BOUC_WEN.effects, "friction": slides}), 0.02, 3, peaks=(0.02, 0.06))
+    model = ModelFile("PAPER", "x", BOUC_WEN)
+    found = diagnose(model, "given.toml", records_from_observations(seen), silent, ("runaway", "friction"))
+    document = as_json(documents.diagnosis(found))
+    print([one["effect"] for one in document["candidates"]], [one["effect"] for one in document["steps"]])
+    print([one["effect"] for one in document["dropped"]], found.result.text[-1])
 """
 
 
