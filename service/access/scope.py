@@ -30,7 +30,16 @@ from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries, Refere
 from service.jobs.tables import Job
 from service.models.tables import DiagnosisPicture, ModelComparison, ModelDiagnosis, ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
-from service.records.tables import Content, Event, EventRecording, FetchedFile, Recording, SourceState, Waveform
+from service.records.tables import (
+    Content,
+    Event,
+    EventRecording,
+    FetchedFile,
+    RecordedChannel,
+    Recording,
+    SourceState,
+    Waveform,
+)
 from service.verdict.tables import BuildingLevel
 
 Entity = type[DeclarativeBase]
@@ -46,6 +55,7 @@ OF_BUILDING = (
     SourceState,
     FetchedFile,
     Recording,
+    RecordedChannel,
     Event,
     ModelVersion,
     ReferencePeriod,

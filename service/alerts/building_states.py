@@ -17,7 +17,16 @@ from service.db.select import Line, Question
 from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
 from service.notify.tables import Receiver
-from service.records.tables import READ, REJECTED, Event, EventRecording, Recording, SourceState, Waveform
+from service.records.tables import (
+    READ,
+    REJECTED,
+    Event,
+    EventRecording,
+    RecordedChannel,
+    Recording,
+    SourceState,
+    Waveform,
+)
 
 Values = tuple[Any, ...]
 LATEST = 50
@@ -72,8 +81,8 @@ def read(
 
 def channels_ever(session: Session, building_id: int) -> set[str]:
     """Channels that the building has ever recorded."""
-    query = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
-    return set(session.scalars(query.where(Event.building_id == building_id).distinct()))
+    query = select(RecordedChannel.channel).where(RecordedChannel.building_id == building_id)
+    return set(session.scalars(query))
 
 
 def sightings(session: Session, building_id: int) -> list[Sighting]:

@@ -37,6 +37,11 @@ def building(session: Session, code: str) -> tuple[Building, Revision]:
     return row.Building, row.Revision
 
 
+def by_number(session: Session, numbers: Collection[int]) -> Sequence[Line]:
+    """(Building, Revision) of the buildings of these numbers."""
+    return session.execute(_latest_revision().where(Building.id.in_(numbers))).all()
+
+
 def sources(session: Session, after: str | None, limit: int) -> Sequence[Line]:
     """(Building, Revision, SourceState | None) by code.
 

@@ -22,7 +22,7 @@ from service.db.process_leases import NOTIFYING, POLLING, WORKING
 from service.jobs.tables import Job, Lease
 from service.notify.tables import Delivery, Receiver
 from service.records.tables import READ, REJECTED, Event, Recording, SourceState
-from service.verdict import reading
+from service.verdict import levels
 
 Counted = Mapping[str, float]
 """A number by label; by the empty label where there is one number."""
@@ -68,10 +68,8 @@ def failing_sources(session: Session) -> Counted:
 
 
 def verdicts(session: Session) -> Counted:
-    """Rank of the verdict by code of the building; 0 is normal, 5 act."""
-    codes = dict(session.execute(select(Building.id, Building.code)).all())
-    verdicts = reading.of_buildings(session, select(Building.id))
-    return {codes[number]: float(verdict.level.rank) for number, verdict in verdicts.items()}
+    """Rank of the verdict by code of the building, as its facts last changed; 0 is normal, 5 act."""
+    return {code: float(rank) for code, rank in levels.ranks_by_code(session).items()}
 
 
 def open_alerts(session: Session) -> Counted:

@@ -3,8 +3,10 @@
 import logging
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
+from typing import Any
 
 from sqlalchemy import ColumnElement, or_, select, update
+from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, undefer
 
 from service import logs
@@ -15,7 +17,7 @@ from service.db.process_leases import is_wrong
 from service.formats.trace import Trace, extent, overlapping
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
-from service.records.tables import Event, EventRecording, Recording, Waveform
+from service.records.tables import Event, EventRecording, RecordedChannel, Recording, Waveform
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -75,17 +77,25 @@ def queue_now(session: Session, building: Building, now: datetime) -> None:
         job_queue.enqueue(session, event, {}, now)
 
 
-def add(session: Session, event: Event, recording: Recording, traces: Iterable[Trace], now: datetime) -> None:
+def add(session: Session, event: Event, recording: Recording, traces: Sequence[Trace], now: datetime) -> None:
     """Add a recording's traces to an event, without samples that the event already has."""
     if session.get(EventRecording, (event.id, recording.id)) is None:
         session.add(EventRecording(event_id=event.id, recording_id=recording.id))
     added = [_add(session, event, trace) for trace in traces]
     session.flush()
     if any(added):
+        remember_channels(session, event.building_id, {trace.channel for trace in traces})
         waveforms = list(session.scalars(select(Waveform).where(Waveform.event_id == event.id)))
         event.start = min(waveform.start for waveform in waveforms)
         event.end = max(_end(waveform) for waveform in waveforms)
         event.state, event.reason, event.updated_at = "gathering", None, now
+
+
+def remember_channels(session: Session, building_id: int, channels: Iterable[str]) -> None:
+    """Note that the building has recorded these channels."""
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    rows = [{"building_id": building_id, "channel": channel} for channel in sorted(channels)]
+    session.execute(dialect.insert(RecordedChannel).values(rows).on_conflict_do_nothing())
 
 
 def is_complete(session: Session, event: Event) -> bool:

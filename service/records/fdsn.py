@@ -1,6 +1,6 @@
 """Stored channels and samples as StationXML and miniSEED (FDSN Web Service Specifications 1.2, 2019)."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from io import BytesIO
@@ -23,13 +23,15 @@ from obspy.core.inventory import (
 from sqlalchemy.orm import Session
 
 from core.record import Quantity
+from service.buildings import queries as building_queries
 from service.buildings.description import BuildingFile
-from service.buildings.store import described
+from service.buildings.store import parsed
 from service.buildings.tables import Building
 from service.db.blobs import decode
 from service.db.select import Line
 from service.records import queries
 from service.records.fdsn_query import Area, Selection, TooMuchError, codes, is_match
+from service.records.sources.source import in_batches
 
 UNITS: dict[Quantity, str] = {
     "acceleration": "M/S**2",
@@ -41,6 +43,8 @@ UNITS: dict[Quantity, str] = {
 
 DEADLINE = 10.0
 """s that the search may take."""
+MOST_LIKES = 100
+"""Patterns of networks and stations that the database compares; of more, every channel is compared here. Not tuned."""
 UNKNOWN = "The place is not known: latitude and longitude are 0 because StationXML requires numbers."
 
 
@@ -71,15 +75,38 @@ def inventory(session: Session, wanted: Sequence[Selection], area: Area | None) 
 
 def _epochs(session: Session, wanted: Sequence[Selection], area: Area | None, chooser: "Chooser") -> Iterator[Epoch]:
     """Epochs of the wanted channels in the area; an epoch ends where the channel's next one begins."""
-    for building, stored in queries.stored_channels(session).items():
-        channels = [channel for channel in stored if any(chooser.is_wanted(channel, one) for one in wanted)]
-        file = described(session, building)
-        if not channels or (area is not None and not area.holds(file.latitude, file.longitude)):
-            continue
-        for _, spans in groupby(queries.epochs(session, building.id, channels), key=attrgetter("channel")):
+    channels = _wanted_channels(session, wanted, chooser)
+    for numbers in in_batches(sorted(channels)):
+        chooser.check_time()
+        placed = {
+            building.id: (building, file)
+            for building, revision in building_queries.by_number(session, numbers)
+            for file in [parsed(revision)]
+            if area is None or area.holds(file.latitude, file.longitude)
+        }
+        named = {channel for number in placed for channel in channels[number]}
+        rows = queries.epochs(session, list(placed), named) if placed else ()
+        for _, spans in groupby(rows, key=attrgetter("building_id", "channel")):
             epochs = list(spans)
             for row, following in zip_longest(epochs, epochs[1:]):
-                yield Epoch(building, file, row, min(row.end, following.start) if following else row.end)
+                end = min(row.end, following.start) if following else row.end
+                yield Epoch(*placed[row.building_id], row, end)
+
+
+def _wanted_channels(session: Session, wanted: Sequence[Selection], chooser: "Chooser") -> Mapping[int, Sequence[str]]:
+    """The recorded channels that are wanted, by number of the building."""
+    pairs = {
+        (network, station)
+        for one in wanted
+        for network in codes("network", one.network)
+        for station in codes("station", one.station)
+    }
+    likes = {f"{network}.{station}.%".replace("*", "%").replace("?", "_") for network, station in pairs}
+    channels: dict[int, list[str]] = {}
+    for building_id, channel in queries.recorded_channels(session, likes if len(likes) <= MOST_LIKES else {"%"}):
+        if any(chooser.is_wanted(channel, one) for one in wanted):
+            channels.setdefault(building_id, []).append(channel)
+    return channels
 
 
 def _is_of(epoch: Epoch, wanted: Selection, chooser: "Chooser") -> bool:
@@ -186,7 +213,7 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
     """
     chooser = Chooser()
     parts, count = [], 0
-    stored = _pieces(session, selections)
+    stored = _pieces(session, selections, chooser)
     for wanted in selections:
         chooser.check_time()
         pieces = [one for one in stored if _overlaps(one, wanted) and chooser.is_wanted(one.row.channel, wanted)]
@@ -220,13 +247,18 @@ class Piece:
     end: float
 
 
-def _pieces(session: Session, selections: Sequence[Selection]) -> list[Piece]:
-    """All waveforms between the first start and the last end of the selections."""
+def _pieces(session: Session, selections: Sequence[Selection], chooser: "Chooser") -> list[Piece]:
+    """The wanted channels' waveforms between the first start and the last end of the selections."""
     start, end = (min(one.start for one in selections), max(one.end for one in selections))
-    return [
-        Piece(row, (started := row.start.timestamp()), started + row.count / row.rate)
-        for row in queries.pieces(session, _time(start), _time(end))
-    ]
+    channels = _wanted_channels(session, selections, chooser)
+    found: list[Piece] = []
+    for numbers in in_batches(sorted(channels)):
+        chooser.check_time()
+        named = {channel for number in numbers for channel in channels[number]}
+        for row in queries.pieces(session, numbers, named, _time(start), _time(end)):
+            started = row.start.timestamp()
+            found.append(Piece(row, started, started + row.count / row.rate))
+    return found
 
 
 def _overlaps(piece: Piece, wanted: Selection) -> bool:

@@ -16,7 +16,7 @@ from service.formats.trace import extent, overlapping
 from service.parsing import ParserDiedError
 from service.records import continuous, events
 from service.records.recordings import data_of, gains, storable, store
-from service.records.tables import REJECTED, Recording
+from service.records.tables import REJECTED, STORED, Recording
 from service.records.trigger import check_gaps
 from service.settings import Settings
 from service.version import VERSION
@@ -51,9 +51,9 @@ def ingest(
 
 def next_stored(session: Session, building: Building, passed: Collection[int] = ()) -> Recording | None:
     """The building's next recording to read, station files first, except those whose ids are passed over."""
-    waiting = select(Recording).where(
-        Recording.building_id == building.id, Recording.state == "stored", Recording.id.not_in(passed)
-    )
+    waiting = select(Recording).where(Recording.building_id == building.id, STORED)
+    if passed:
+        waiting = waiting.where(Recording.id.not_in(passed))
     return session.scalar(waiting.order_by(Recording.name.ilike("%.xml").desc(), Recording.id).limit(1))
 
 

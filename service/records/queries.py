@@ -3,14 +3,13 @@
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
-from sqlalchemy import func, select, tuple_
+from sqlalchemy import func, or_, select, tuple_
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from service.analyses.tables import Analysis
-from service.buildings.tables import Building
 from service.db.select import Line, Place, Question, Span
 from service.errors import NotFoundError
-from service.records.tables import REJECTED, Event, Recording, Waveform
+from service.records.tables import REJECTED, Event, RecordedChannel, Recording, Waveform
 
 STATES: Mapping[str, str] = {"refused": "rejected", "stored": "waiting", "read": "read"}
 """The state of a recording as people read it, by that of its row."""
@@ -94,36 +93,37 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
     return row, pieces
 
 
-def stored_channels(session: Session) -> Mapping[Building, Sequence[str]]:
-    """By building, the channels with at least one waveform."""
-    query = select(Event.building_id, Waveform.channel).join(Waveform.event).distinct()
-    known = {building.id: building for building in session.scalars(select(Building))}
-    channels: dict[Building, list[str]] = {}
-    for building_id, name in session.execute(query.order_by(Event.building_id, Waveform.channel)):
-        channels.setdefault(known[building_id], []).append(name)
-    return channels
+def recorded_channels(session: Session, patterns: Collection[str]) -> Sequence[Line]:
+    """(building_id, channel) of the channels with a waveform that match one of some LIKE patterns."""
+    named = or_(*(RecordedChannel.channel.like(one, escape="\\") for one in patterns))
+    query = select(RecordedChannel.building_id, RecordedChannel.channel).where(named)
+    return session.execute(query.order_by(RecordedChannel.building_id, RecordedChannel.channel)).all()
 
 
-def epochs(session: Session, building_id: int, channels: Sequence[str]) -> Sequence[Line]:
-    """Spans of time in which the gain and rate of these channels stayed the same, by channel and time."""
-    kind = (Waveform.channel, Waveform.gain, Waveform.rate)
+def epochs(session: Session, buildings: Collection[int], channels: Collection[str]) -> Sequence[Line]:
+    """Spans of time in which the gain and rate of these channels stayed the same, by building, channel and time."""
+    kind = (Event.building_id, Waveform.channel, Waveform.gain, Waveform.rate)
     order = (Waveform.start, Waveform.id)
-    of_channel = func.row_number().over(partition_by=Waveform.channel, order_by=order)
+    of_channel = func.row_number().over(partition_by=(Event.building_id, Waveform.channel), order_by=order)
     of_kind = func.row_number().over(partition_by=kind, order_by=order)
     pieces = select(  # the two numbers of pieces that follow each other unchanged differ by the same amount
         *kind, Waveform.start, Event.end, (of_channel - of_kind).label("run")
     ).join(Waveform.event)
-    piece = pieces.where(Event.building_id == building_id, Waveform.channel.in_(channels)).subquery().c
-    same, start = (piece.channel, piece.gain, piece.rate), func.min(piece.start)
+    wanted = (Event.building_id.in_(buildings), Waveform.channel.in_(channels))
+    piece = pieces.where(*wanted).subquery().c
+    same, start = (piece.building_id, piece.channel, piece.gain, piece.rate), func.min(piece.start)
     query = select(*same, start.label("start"), func.max(piece.end).label("end")).group_by(*same, piece.run)
-    return session.execute(query.order_by(piece.channel, start)).all()
+    return session.execute(query.order_by(piece.building_id, piece.channel, start)).all()
 
 
-def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Line]:
-    """(id, channel, start, rate, count) of the waveforms of events that overlap a span of time."""
+def pieces(
+    session: Session, buildings: Collection[int], channels: Collection[str], start: datetime, end: datetime
+) -> Sequence[Line]:
+    """(id, channel, start, rate, count) of these channels' waveforms in events that overlap a span of time."""
     columns = (Waveform.id, Waveform.channel, Waveform.start, Waveform.rate, Waveform.count)
     query = select(*columns).join(Event, Event.id == Waveform.event_id)
-    return session.execute(query.where(Event.start <= end, Event.end >= start)).all()
+    wanted = (Event.building_id.in_(buildings), Waveform.channel.in_(channels))
+    return session.execute(query.where(*wanted, Event.start <= end, Event.end >= start)).all()
 
 
 def samples(session: Session, numbers: Sequence[int]) -> Sequence[Waveform]:

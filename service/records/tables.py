@@ -10,6 +10,7 @@ from service.buildings.tables import Building
 from service.db.base import Base
 
 READ, REJECTED = text("recording.state = 'read'"), text("recording.state = 'refused'")
+STORED = text("recording.state = 'stored'")
 """Written out in queries, because SQLite uses a partial index only for a literal."""
 
 
@@ -70,6 +71,7 @@ class Recording(Base):
         UniqueConstraint("building_id", "sha256"),
         _index_of_state("read", "end"),
         _index_of_state("refused", "received_at"),
+        _index_of_state("stored", "id"),
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
@@ -123,6 +125,14 @@ class EventRecording(Base):
     __tablename__ = "event_recording"
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), primary_key=True)
     recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"), primary_key=True, index=True)
+
+
+class RecordedChannel(Base):
+    """A channel of which a building has recorded a waveform: one row, however many there are."""
+
+    __tablename__ = "recorded_channel"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    channel: Mapped[str] = mapped_column(primary_key=True)
 
 
 class Waveform(Base):

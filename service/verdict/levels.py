@@ -93,6 +93,20 @@ def counts(session: Session, wanted: Selection) -> Mapping[int, int]:
     return {row[0]: row[1] for row in session.execute(query)}
 
 
+def ranks_by_code(session: Session) -> Mapping[str, int]:
+    """Rank of every building by its code: as stored, or as assessed now where none has been stored yet."""
+    query = select(Building.id, Building.code, BuildingLevel.rank).select_from(Building)
+    lines = session.execute(query.outerjoin(BuildingLevel, BuildingLevel.building_id == Building.id)).all()
+    new = [number for number, _, rank in lines if rank is None]
+    some = select(Building.id).where(Building.id.in_(new[:TOGETHER]))
+    assessed = reading.of_buildings(session, some) if new else {}
+    undecided = Level.UNDECIDED.rank
+    return {
+        code: rank if rank is not None else assessed[number].level.rank if number in assessed else undecided
+        for number, code, rank in lines
+    }
+
+
 def stored_ranks(session: Session, buildings: Collection[int]) -> Mapping[int, int]:
     """Rank by number of the building, as `ranked` sorts by it."""
     query = _joined(select(Building.id, _rank()), Selection()).where(Building.id.in_(buildings))

@@ -24,6 +24,7 @@ from service.jobs import queue as job_queue
 from service.jobs.tables import Job
 from service.notify.tables import Message
 from service.poller import Poller
+from service.records.events import remember_channels
 from service.records.source_poller import SourcePoller
 from service.records.tables import Event, Recording, SourceState, Waveform
 from service.settings import Settings
@@ -131,6 +132,7 @@ def _seen(session: Session, event: Event, channel: str) -> None:
     session.add(
         Waveform(event_id=event.id, channel=channel, start=event.start, rate=100.0, count=1, gain=1.0, samples=b"")
     )
+    remember_channels(session, event.building_id, [channel])
 
 
 def test_a_record_from_the_future_reveals_a_wrong_clock(sessions: sessionmaker[Session], tmp_path: Path) -> None:

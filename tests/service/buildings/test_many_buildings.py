@@ -20,7 +20,7 @@ from service.buildings.pages.home import LISTED
 from service.buildings.pages.map import drawn, read_area
 from service.buildings.tables import Building, Revision
 from service.db.sessions import reading
-from service.health.metrics import registry
+from service.health.metrics import GAUGES, registry
 from service.records.tables import Event
 from service.settings import Settings
 from service.verdict import levels, reading as verdicts
@@ -78,6 +78,19 @@ def test_a_scrape_takes_as_many_statements_for_one_building_as_for_seven(session
             numbers.append(statements())
         assert text.count("menshin_verdict{") == first + count
     assert numbers[0] == numbers[1]
+
+
+def test_a_scrape_assesses_no_building_whose_level_is_stored(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        add(session, 0, 3)
+    numbers, texts = [], []
+    for _ in range(2):
+        with counted(sessions) as statements, reading(sessions)() as session:
+            texts.append(GAUGES["menshin_verdict"][2](session))
+            numbers.append(statements())
+        periodic_checks.check_buildings(sessions, Settings(), START + timedelta(days=1))
+    assert texts[0] == texts[1] == dict.fromkeys(("B000", "B001", "B002"), Level.UNDECIDED.rank)
+    assert numbers[0] > numbers[1] <= 2, "SQLite's BEGIN, and the levels; nothing of three buildings"
 
 
 def test_the_verdicts_of_several_buildings_are_those_of_each(sessions: sessionmaker[Session]) -> None:

@@ -15,7 +15,7 @@ from service.health.metrics import GAUGES
 from service.jobs import queue as job_queue
 from service.models import queries as model_queries
 from service.records import events
-from service.records.ingest import failed_before
+from service.records.ingest import failed_before, next_stored
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 5, tzinfo=UTC)
@@ -30,6 +30,7 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         lambda session: events.queue_ready(session, NOW, settings=Settings()),
         ["ix_event_state_updated_at"],
     ),
+    "recordings to be read": (lambda session: next_stored(session, BUILDING), ["ix_recording_stored"]),
     "recordings to read again": (lambda session: failed_before(session, BUILDING), ["ix_recording_refused"]),
     "neglected jobs": (lambda session: job_queue.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
     "last progress": (

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from time import monotonic
@@ -19,7 +20,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db import blobs
-from service.records.fdsn import inventory
+from service.records.events import remember_channels
+from service.records.fdsn import inventory, miniseed
 from service.records.fdsn_query import Selection
 from service.records.tables import Event, Waveform
 
@@ -69,6 +71,8 @@ def stored(session: Session, building: Building, start: datetime, channels: dict
             )
         )
     session.add(event)
+    session.flush()
+    remember_channels(session, building.id, channels)
 
 
 @pytest.fixture
@@ -224,17 +228,46 @@ def test_the_hardest_question_stops_no_one(address: str) -> None:
     assert statuses[429], "one key has a share of them"
 
 
+def test_stations_take_as_many_statements_among_three_buildings_as_among_forty(sessions: sessionmaker[Session]) -> None:
+    numbers, found = [], []
+    for first, last in ((0, 3), (3, 40)):
+        with sessions.begin() as session:
+            for number in range(first, last):
+                of = building_store.add(session, BUILDING.replace("TWR", f"T{number:02}"), Path("."), START)
+                stored(session, of, START, {f"XX.T{number:02}.01.HNX": GAIN})
+        for wanted in (Selection(station="T01"), Selection(network="X?", station="T*")):
+            with sessions() as session, counted(session) as executed:
+                found.append([station.code for network in inventory(session, [wanted], None) for station in network])
+                numbers.append(len(executed))
+    assert found == [["T01"], ["T00", "T01", "T02"], ["T01"], [f"T{number:02}" for number in range(40)]]
+    assert len(set(numbers)) == 1
+
+
 def test_stations_are_searched_among_the_wanted_channels_only(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         for code in ("TWR", "OTHER"):
             text = BUILDING.replace("TWR", code)
             stored(session, building_store.add(session, text, Path("."), START), START, {f"XX.{code}.01.HNX": GAIN})
-    with sessions() as session:
-        executed: list[tuple[object, object]] = []
-        engine = session.get_bind()
-        sqlalchemy_event.listen(engine, "before_cursor_execute", lambda *given: executed.append(given[2:4]))
-        found = inventory(session, [Selection(station="TWR")], None)
+    wanted = Selection(station="TWR")
+    with sessions() as session, counted(session) as executed:
+        found = inventory(session, [wanted], None)
+        assert miniseed(session, [wanted], MOST)
     assert [station.code for network in found for station in network] == ["TWR"]
-    windows = [str(values) for statement, values in executed if "row_number" in str(statement)]
-    assert len(windows) == 1
-    assert "XX.TWR.01.HNX" in windows[0]
+    reads = [str(values) for statement, values in executed if "waveform" in str(statement)]
+    assert len(reads) == 3, "epochs, pieces and samples"
+    assert not any("XX.OTHER.01.HNX" in one for one in reads)
+    assert all("XX.TWR.01.HNX" in one for one in reads[:2])
+
+
+@contextmanager
+def counted(session: Session) -> Iterator[list[tuple[object, object]]]:
+    """Statements and their parameters since then."""
+    executed: list[tuple[object, object]] = []
+
+    def note(*given: object) -> None:
+        executed.append((given[2], given[3]))
+
+    engine = session.get_bind()
+    sqlalchemy_event.listen(engine, "before_cursor_execute", note)
+    yield executed
+    sqlalchemy_event.remove(engine, "before_cursor_execute", note)
