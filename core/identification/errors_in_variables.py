@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from core.arrays import ComplexMatrix, ComplexVector, Indices, Matrix, Vector
+from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Vector
 from core.optimisation import Damping, GainRatioDamping, Quadratic, Step, lower_point, minimised
 
 RESIDUAL_TERMS = 4
@@ -244,10 +244,14 @@ def profiled_base_motion(
     """(lines,) most likely base motion a, (1 + floors, lines) residual r, and (1 + floors, lines) g."""
     noise = lines.noise[:, None]
     w = lines.angular_frequency
-    g = np.vstack([np.ones_like(basis.forced[:1]), transfer_function(transfer, basis, w)]) / noise
-    z = lines.spectra / noise
-    z[1:] -= transient(transfer, basis, w) / noise[1:]
-    a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(np.abs(g) ** 2, axis=0))
+    late = delay_factor(transfer, w) / noise[1:]
+    g = np.empty(lines.spectra.shape, dtype=complex)
+    g[0] = 1 / noise[0]
+    np.multiply(1 + transfer.forced @ basis.forced, late, out=g[1:])
+    z = np.divide(lines.spectra, noise, order="C")
+    if transfer.transient.size:
+        z[1:] -= (transfer.transient @ basis.transient) * late
+    a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(g.real**2 + g.imag**2, axis=0))
     return a, np.asarray(z - g * a), np.asarray(g)
 
 
@@ -267,7 +271,7 @@ def cost_expansion(transfer: ModalTransfer, lines: NoisySpectra) -> CostExpansio
     along, noise_along = (np.zeros((count, a.size), dtype=complex) for _ in range(2))
     for floor, (own, of_g, change) in enumerate(floor_derivatives(transfer, basis, lines, a), start=1):
         information[np.ix_(own, own)] += _gram(change)
-        gradient[own] -= (change.conj() @ r[floor]).real
+        gradient[own] -= change.view(float) @ r[floor].view(float)
         along[own] += change * (g[floor].conj() / length)
         noise[np.ix_(own, own)] += _gram(of_g / length)
         noise_along[own] += of_g * (g[floor].conj() / length**2)
@@ -287,31 +291,36 @@ def floor_derivatives(
     """
     w, m, row = lines.angular_frequency, transfer.angular_frequency.size, len(basis.forced) + len(basis.transient) + 1
     relative, late = _pole_derivatives(transfer, basis, w), delay_factor(transfer, w)
-    h, t = transfer_function(transfer, basis, w) / late, transient(transfer, basis, w) / late
+    h, t = 1 + transfer.forced @ basis.forced, transfer.transient @ basis.transient
     of_floors = zip(transfer.forced, transfer.transient, lines.noise[1:], strict=True)
     for floor, (forced, free, noise) in enumerate(of_floors):
         modal = forced[:m, None] * basis.forced[:m]
         decay = sum((free[k : k + m, None] * basis.transient[k : k + m] for k in range(0, min(2 * m, free.size), m)), 0)
         poles = (relative * modal).reshape(2 * m, -1)
         of_g = np.vstack([poles, basis.forced, np.zeros_like(basis.transient), -1j * w * h[floor]])
-        of_g = of_g * (late[floor] / noise)
+        of_g *= late[floor] / noise
         change = of_g * a
-        change[: 2 * m] += (relative * decay).reshape(2 * m, -1) * (late[floor] / noise)
-        change[2 * m + len(forced) : -1] = basis.transient * (late[floor] / noise)
-        change[-1] += -1j * w * t[floor] * (late[floor] / noise)
+        if free.size:
+            change[: 2 * m] += (relative * decay).reshape(2 * m, -1) * (late[floor] / noise)
+            change[2 * m + len(forced) : -1] = basis.transient * (late[floor] / noise)
+            change[-1] += -1j * w * t[floor] * (late[floor] / noise)
         yield np.append(np.arange(2 * m), 2 * m + floor * row + np.arange(row)), of_g, change
 
 
-def _pole_derivatives(transfer: ModalTransfer, basis: BasisFunctions, w: Vector) -> ComplexMatrix:
+def _pole_derivatives(transfer: ModalTransfer, basis: BasisFunctions, w: Vector) -> ComplexTensor:
     """(2, modes, lines) logarithmic derivatives of 1 / D_r with respect to ω_r (in s) and ζ_r."""
     w_r, ratio = transfer.angular_frequency[:, None], transfer.damping_ratio[:, None]
-    return -np.array([2 * w_r + 2j * ratio * w, 2j * w_r * w]) * basis.inverse
+    derivatives = np.empty((2, *basis.inverse.shape), dtype=complex)
+    np.multiply(-2 * w_r - 2j * ratio * w, basis.inverse, out=derivatives[0])
+    np.multiply(-2j * w_r * w, basis.inverse, out=derivatives[1])
+    return derivatives
 
 
 def _gram(rows: ComplexMatrix) -> Matrix:
     """(rows, rows) real part of the Hermitian products of all pairs."""
-    parts = np.hstack([rows.real, rows.imag])
-    return parts @ parts.T
+    parts = np.ascontiguousarray(rows).view(float)
+    gram: Matrix = parts @ parts.T
+    return gram
 
 
 def _covariance(here: CostExpansion, freedom: int) -> tuple[Matrix, Matrix]:

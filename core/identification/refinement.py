@@ -123,7 +123,8 @@ def noisy_spectra(
     smooth = ndimage.uniform_filter1d(power, max(1, round(SMOOTHING_BANDWIDTH / frequency[1])))
     moves = (smooth > LEAST_POWER) & (frequency <= upper[1])
     used = (frequency >= LOWEST_LINE) & (frequency <= max(upper[0], *frequency[moves], LOWEST_LINE))
-    return NoisySpectra(np.asarray(2 * np.pi * frequency[used]), spectra[:, used], noise)
+    # numpy lays out a choice of columns by columns
+    return NoisySpectra(np.asarray(2 * np.pi * frequency[used]), np.ascontiguousarray(spectra[:, used]), noise)
 
 
 def _most_likely(modes: Sequence[IdentifiedMode], lines: NoisySpectra) -> TransferFit | None:

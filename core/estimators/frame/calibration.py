@@ -165,9 +165,9 @@ def log_evidence(calibration: Calibration, problem: Problem) -> float:
         problem: lines and building.
     """
     hypothesis = calibration.hypothesis
-    # all determinants are counted, whatever the hypothesis
-    open_to_noise = replace(problem, hypothesis=replace(hypothesis, is_random=True))
-    cost = evaluated(open_to_noise, calibration.parameters, calibration.variances).cost
+    here = evaluated(replace(problem, hypothesis=hypothesis), calibration.parameters, calibration.variances)
+    # the determinant along h is counted whatever the hypothesis; that of the noise alone is a constant
+    cost = here.cost if hypothesis.is_random else here.cost + 2 * float(np.log(here.whitened.length).sum())
     free = hypothesis.free
     occam = float(np.sum(np.log(hypothesis.std[free])))
     occam -= 0.5 * float(np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1])

@@ -138,7 +138,8 @@ def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
     """
     given = Problem(lines, design, as_given(design, transient))
     doubt = replace(given, hypothesis=corrected(design, transient))
-    calibrations = [calibrated(given, best_start(given)), calibrated(doubt, _annealed(doubt))]
+    start = best_start(given)  # of both: what only one of them leaves free starts where the other fixes it
+    calibrations = [calibrated(given, start), calibrated(doubt, _annealed(doubt, start))]
     choice = _choice(calibrations, given)
     if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
         by_mode = [_damped_by_mode(one, lines, design) for one in calibrations]
@@ -197,14 +198,14 @@ def _or_wider(best: Calibration, wider: Problem) -> Calibration:
     return _most_evident([best, on_all_lines(wider, near)], wider)
 
 
-def _annealed(doubt: Problem) -> Vector:
-    """Parameters near the best, by noise that is first far too large and then less so.
+def _annealed(doubt: Problem, start: Vector) -> Vector:
+    """Parameters near the best, from a start, by noise that is first far too large and then less so.
 
     A start at the given masses fails: uneven storeys explain a record nearly as well as uneven masses, and no descent
     leads from one to the other. With little noise the misfit has many minima; with much it has one.
     """
     coarse = doubt.lines.every(max(1, doubt.lines.angular.size // ENOUGH))
-    parameters = best_start(doubt)
+    parameters = start
     for power in ANNEALING:
         noisy = replace(doubt, lines=replace(coarse, noise=power * coarse.noise))
         parameters = calibrated(noisy, parameters).parameters

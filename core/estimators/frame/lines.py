@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy import ndimage
 
 from core.arrays import ComplexMatrix, Indices, Matrix, Vector
 from core.estimators.superstructure import InstrumentedSuperstructure
@@ -20,6 +21,8 @@ NOISELESS = 1e-6
 """Share of a channel's power below which its noise is not set: with less the misfit has too many local minima."""
 EDGE = 0.5
 """s, window by which rest at the record's ends is judged. A choice."""
+NEIGHBOURS = 21
+"""Lines over which the spectrum of the base slab's motion is averaged. A choice."""
 QUIETEST = 0.02
 """Share of the record that counts as noise alone in judging rest. A choice."""
 
@@ -52,7 +55,7 @@ class Lines:
         return replace(
             self,
             angular=self.angular[places],
-            spectra=self.spectra[:, places],
+            spectra=np.ascontiguousarray(self.spectra[:, places]),  # numpy lays out a choice of columns by columns
             colour=self.colour[places],
             band=self.band[places],
         )
@@ -66,6 +69,12 @@ class Lines:
     def scale(self) -> Matrix:
         """(channels, lines) inverse of the noise's root mean square: a spectrum times it is in units of noise."""
         return np.asarray(1 / np.sqrt(self.noise_at))
+
+    @cached_property
+    def base_power(self) -> Vector:
+        """(lines,) mean square of the base slab's transform without noise, averaged over NEIGHBOURS."""
+        power = ndimage.uniform_filter1d(np.abs(self.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
+        return np.asarray(np.maximum(power - self.noise_at[0], 1e-3 * power))
 
     @cached_property
     def scaled(self) -> ComplexMatrix:

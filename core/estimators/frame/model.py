@@ -68,11 +68,13 @@ class LateralStiffness:
         return StiffnessDerivatives(by_storey, through @ by_joints @ through.T, by_rocking, by_bending)
 
 
+@cache
 def heights(floors: int) -> Vector:
     """(floors,) height of each above the base slab over that of the roof, storeys being alike."""
     return np.arange(1, floors + 1) / floors
 
 
+@cache
 def cantilever(floors: int) -> Matrix:
     """(floors, floors) flexibility of a uniform cantilever that bends as a whole, 1 at the roof."""
     low, high = np.minimum.outer(heights(floors), heights(floors)), np.maximum.outer(heights(floors), heights(floors))
@@ -95,11 +97,10 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, b
         bending: the same of the bending as a whole.
     """
     joints = max(joints, STIFFEST_JOINTS)
-    columns, girders = _scaled_parts(storey_stiffness, joints)
-    whole = (columns + girders).sum(axis=0)
-    moving, rotating = np.split(np.arange(len(whole)), 2)
-    condensation = np.eye(len(whole), moving.size)
-    condensation[rotating] = -np.linalg.solve(whole[rotating][:, rotating], whole[rotating][:, moving])
+    columns, girders = _parts(floors := storey_stiffness.size)
+    whole = np.tensordot(storey_stiffness, columns + girders / joints, 1)
+    condensation = np.eye(2 * floors, floors)
+    condensation[floors:] = -np.linalg.solve(whole[floors:, floors:], whole[floors:, :floors])
     flexibility = np.asarray(np.linalg.inv(condensation.T @ whole @ condensation), dtype=float)
     shape, storeys = heights(storey_stiffness.size), float(np.sum(1 / storey_stiffness))
     beside = rocking * np.outer(shape, shape) + bending * cantilever(shape.size)
@@ -130,70 +131,70 @@ def _parts(floors: int) -> tuple[Tensor, Tensor]:
     return columns[:, free][:, :, free], girders[:, free][:, :, free]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)  # without slots, for the cached properties
 class Layout:
     """Positions of the parameters in one vector; all but the last two kinds are logarithms."""
 
     floors: int
     channels: int
 
-    @property
+    @cached_property
     def scale(self) -> int:
         """Scale of all stiffnesses relative to the prior's."""
         return 0
 
-    @property
+    @cached_property
     def storeys(self) -> slice:
         """Step of the stiffness, over the design's, from the storey below to each; the lowest has none."""
         return slice(1, 1 + self.floors)
 
-    @property
+    @cached_property
     def masses(self) -> slice:
         """Mass of each floor relative to the given one; only their distribution counts, their total stays."""
         return slice(1 + self.floors, 1 + 2 * self.floors)
 
-    @property
+    @cached_property
     def flexibilities(self) -> slice:
         """Flexibilities of the base slab's rocking, of the joints and of bending as a whole."""
         return slice(1 + 2 * self.floors, 4 + 2 * self.floors)
 
-    @property
+    @cached_property
     def damping(self) -> slice:
         """Coefficients of α K, i η K and β M."""
         return slice(4 + 2 * self.floors, 7 + 2 * self.floors)
 
-    @property
+    @cached_property
     def modal_damping(self) -> slice:
         """Damping of each mode, by rising frequency, over what the coefficients give it."""
         return slice(self.damping.stop, self.damping.stop + self.floors)
 
-    @property
+    @cached_property
     def gains(self) -> slice:
         """Gain of every channel."""
         return slice(self.modal_damping.stop, self.modal_damping.stop + self.channels)
 
-    @property
+    @cached_property
     def delays(self) -> slice:
         """s, clock delay of every channel."""
         return slice(self.gains.stop, self.gains.stop + self.channels)
 
-    @property
+    @cached_property
     def transients(self) -> slice:
         """m/s² kg^½, two for each mode: free vibration that the record's start and end leave."""
         return slice(self.delays.stop, self.delays.stop + 2 * self.floors)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Length of the whole vector."""
         return int(self.transients.stop)
 
-    @property
+    @cached_property
     def structural(self) -> int:
         """Number of the structure's own parameters, which come first."""
         return int(self.modal_damping.stop)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for the cached property
 class Design:
     """Prior knowledge of the superstructure."""
 
@@ -213,7 +214,7 @@ class Design:
         )[0]
         return cls(floor_mass, stiffness * (2 * np.pi) ** 2 / lowest, measured)
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """Layout of the parameters."""
         return Layout(self.floor_mass.size, self.measured.size + 1)
@@ -263,12 +264,14 @@ class Superstructure:
         return np.asarray(self.modal_damping * (α * ω / 2 + η / 2 + β / (2 * ω)))
 
 
+@cache
 def loads(floors: int) -> Matrix:
     """(2 + floors, floors) acceleration that each input is for the floors' mass: the base slab's, that of its rocking,
     and a unit at each floor alone."""
     return np.vstack([np.ones(floors), heights(floors), np.eye(floors)])
 
 
+@cache
 def rigid_motion(floors: int) -> Matrix:
     """(2 + floors, floors) rigid motion of the floors by each input."""
     return np.vstack([np.ones(floors), heights(floors), np.zeros((floors, floors))])

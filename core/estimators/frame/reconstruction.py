@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
 from core.estimators.frame.calibration import Calibration
@@ -12,9 +11,6 @@ from core.estimators.frame.free_vibration import floors_free_vibration
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Responses, responses, static_flexibility
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Superstructure, rigid_motion
-
-NEIGHBOURS = 21
-"""Lines over which the spectrum of the base slab's motion is averaged. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +46,8 @@ class LineWeights:
 
 def line_weights(model: LinearModel) -> LineWeights:
     """Posterior mean of the force and of the base slab's acceleration, and the force's variance."""
+    if not model.calibration.hypothesis.is_random:
+        return _base_driven_weights(model)
     lines, design, structure = model.lines, model.design, model.structure
     given, variance = channel_responses(model), _input_variances(model)
     weighted, inertia = given.acting * variance[:, None], _inertia(model, given)
@@ -63,6 +61,17 @@ def line_weights(model: LinearModel) -> LineWeights:
     noise = np.sum(np.abs(force) ** 2 * lines.noise_at.T, axis=1)
     posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
     return LineWeights(force, base, noise, np.maximum(posterior - noise, 0.0))
+
+
+def _base_driven_weights(model: LinearModel) -> LineWeights:
+    """The same where nothing acts but the base slab: the covariance of the channels is the noise and one more rank."""
+    lines, given = model.lines, channel_responses(model)
+    weighed = given.base.conj() / lines.noise_at
+    variance = 1 / (1 / lines.base_power + np.sum(given.base * weighed, axis=0).real)
+    base, inertia = variance * weighed, _inertia(model, given)[0]
+    force = inertia * base
+    noise = np.sum(np.abs(force) ** 2 * lines.noise_at, axis=0)
+    return LineWeights(force.T, base.T, noise, np.maximum(np.abs(inertia) ** 2 * variance - noise, 0.0))
 
 
 def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -> ComplexTensor:
@@ -115,10 +124,8 @@ def _local(model: LinearModel) -> Vector:
 def _input_variances(model: LinearModel) -> Matrix:
     """(inputs, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
     lines = model.lines
-    power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
-    base = np.maximum(power - lines.noise_at[0], 1e-3 * power)
     rocking, floors = model.calibration.variances.at(lines)
-    return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])[: model.inputs]
+    return np.vstack([lines.base_power, rocking, np.tile(floors, (model.design.layout.floors, 1))])[: model.inputs]
 
 
 def without_free_vibration(
