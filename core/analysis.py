@@ -24,6 +24,7 @@ from core.isolation_layer.equivalent import (
 from core.isolation_layer.layer import AxialLoad, axial_load, layer_motion, layer_torsion
 from core.isolation_layer.motion import Integral, MeasuredMotion
 from core.record import Direction, Finding, Record, Segment
+from core.sensors.layer_agreement import LayerAgreement, recorded_agreement
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
 from core.sensors.sensor_errors import SensorHealth, sensor_health
@@ -203,16 +204,20 @@ def analyse(
     torsion, torsion_findings = layer_torsion(levels, description)
     load, load_findings = axial_load(levels.record, description, settings.band)
     problems += [*levels.findings, *torsion_findings, *load_findings]
+    agreements = {
+        direction: recorded_agreement(levels.record, description, direction)
+        for direction in description.horizontal_directions
+    }
     directions: dict[Direction, DirectionAnalysis] = {}
-    for direction in description.horizontal_directions:
+    for direction, agreement in agreements.items():
         try:
-            directions[direction], findings = _direction(levels.record, description, settings, direction)
+            directions[direction], findings = _direction(levels.record, description, settings, direction, agreement)
             problems += findings
         except CoreError as error:
             problems.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
     if not directions and all(finding.severity != "fatal" for finding in problems):
         problems.append(Finding("direction", "fatal", "no horizontal acceleration of the base slab is described"))
-    health = sensor_health(record, levels.record, description)
+    health = sensor_health(record, levels.record, description, agreements)
     return EventAnalysis(
         start=record.start,
         rate=record.rate,
@@ -237,12 +242,16 @@ def analyse(
 
 
 def _direction(
-    record: Record, description: BuildingDescription, settings: AnalysisSettings, direction: Direction
+    record: Record,
+    description: BuildingDescription,
+    settings: AnalysisSettings,
+    direction: Direction,
+    agreement: LayerAgreement | None,
 ) -> tuple[DirectionAnalysis, tuple[Finding, ...]]:
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
     estimate = ESTIMATORS[settings.estimator](superstructure)
     force = with_mass_errors(estimate, superstructure, description.mass_uncertainty)
-    motion, findings = layer_motion(record, description, direction, settings.integral)
+    motion, findings = layer_motion(record, description, direction, settings.integral, agreement)
     findings += assessment_findings(force.assessment, direction)
     if motion is None:
         return DirectionAnalysis(_slim(force), None, ()), findings

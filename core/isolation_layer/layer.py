@@ -10,7 +10,7 @@ from core.isolation_layer.fusion import differentiate, fuse, integrate
 from core.isolation_layer.motion import Integral, MeasuredMotion
 from core.isolation_layer.restoration import LOWEST, high_pass_of, restored
 from core.record import Direction, Finding, Record
-from core.sensors.layer_agreement import agreeing, transducer_reading
+from core.sensors.layer_agreement import LayerAgreement, agreeing, transducer_reading
 from core.sensors.rigid import RigidLevels
 from core.signals.conditioning import band_passed, quiet_samples
 from core.signals.noise import noise_std, record_flicker
@@ -35,7 +35,11 @@ NO_MOTION = "no motion of the layer"
 
 
 def layer_motion(
-    record: Record, description: BuildingDescription, direction: Direction, integral: Integral = "recorded"
+    record: Record,
+    description: BuildingDescription,
+    direction: Direction,
+    integral: Integral = "recorded",
+    agreement: LayerAgreement | None = None,
 ) -> tuple[MeasuredMotion | None, Findings]:
     """Motion of the layer from a transducer, from accelerometers or from both; None without either. With its findings.
 
@@ -46,13 +50,14 @@ def layer_motion(
         description: of the building.
         direction: horizontal.
         integral: what a displacement channel that was integrated from accelerations gives.
+        agreement: of the layer's sensors, if it is known; None to compute it.
     """
     base, ground = description.base.name, description.ground.name
     displacement = record.find(base, "displacement", direction)
     above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
     name, corner = f"direction {direction}", _flicker(record, description, direction)
     if displacement is not None and above is not None and below is not None:
-        above, below = agreeing(displacement, above, below, record.rate)
+        above, below = agreeing(displacement, above, below, record.rate, agreement)
     relative = None if above is None or below is None else above - below
     motion, findings = motion_from(displacement, relative, record.rate, name, corner)
     if motion is None or relative is None or displacement is None:

@@ -20,6 +20,7 @@ import scipy
 
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.description import BuildingDescription
+from core.errors import RecordError
 from core.optimisation import scaled_inverse
 from core.record import Direction, Record
 from core.signals.noise import noise_density, noise_std
@@ -113,19 +114,43 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
     return LayerAgreement(errors, covariance)
 
 
-def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) -> tuple[Vector, Vector]:
+def recorded_agreement(record: Record, description: BuildingDescription, direction: Direction) -> LayerAgreement | None:
+    """`layer_agreement` of the channels of one direction; None also where one of them is missing.
+
+    Args:
+        record: complete channels relative to their position at rest, one per level, quantity and direction.
+        description: of the building.
+        direction: horizontal.
+    """
+    base, ground = description.base.name, description.ground.name
+    displacement = record.find(base, "displacement", direction)
+    above, below = (record.find(level, "acceleration", direction) for level in (base, ground))
+    if displacement is None or above is None or below is None:
+        return None
+    try:
+        return layer_agreement(displacement, above, below, record.rate)
+    except RecordError:  # too short to estimate its noise
+        return None
+
+
+def agreeing(
+    displacement: Vector, base: Vector, ground: Vector, rate: float, agreement: LayerAgreement | None = None
+) -> tuple[Vector, Vector]:
     """The accelerations as recorded by sensors that agree with the transducer.
 
     In the fusion of the two, an error of the gain by one percent would cause a step in the displacement at the
     crossover frequency, and in a model of the layer a spurious force. The differences are shrunk by PRIOR (posterior
     mean with normal errors).
 
-    Args: as for `layer_agreement`.
+    Args: as for `layer_agreement`, and its result if it is known.
 
     Returns:
         (n,) m/s² each; unchanged if the record does not determine the differences.
     """
-    if displacement.size < WINDOW * rate or (agreement := layer_agreement(displacement, base, ground, rate)) is None:
+    if displacement.size < WINDOW * rate:
+        return base, ground
+    agreement = agreement or layer_agreement(displacement, base, ground, rate)
+    if agreement is None:
         return base, ground
     prior = np.diag(np.tile(PRIOR, 2) ** 2)
     posterior = prior @ np.linalg.solve(prior + agreement.covariance, agreement.value)
@@ -151,7 +176,9 @@ def _lines(
     rows = [displacement]
     for spline, (_, delay, slow) in zip(sides, errors.reshape(2, 3), strict=True):
         at = np.clip(time + delay + slow * time, time[0], time[-1])
-        rows += [spline(at), spline(at, 1), time * spline(at, 1)]
+        slope = spline(at, 1)
+        rows += [spline(at), slope, time * slope]
+    columns = np.array(rows)
     length = min(count, round(WINDOW * rate))
     frequency: Vector = np.asarray(np.fft.rfftfreq(length, 1 / rate), dtype=float)
     within = (frequency >= band[0]) & (frequency <= band[1])
@@ -159,7 +186,7 @@ def _lines(
     window, twice = _test_function(length, rate, ω)
     spectra = []
     for start in range(0, count - length + 1, length // 2):
-        piece = np.array(rows)[:, start : start + length]
+        piece = columns[:, start : start + length]
         pieces = np.fft.rfft(np.vstack([window * piece[0], piece[1:] * window[0]]), axis=1)[:, within]
         spectra.append(np.vstack([np.sum(twice * pieces[:3], axis=0), pieces[3:], ω]))
     noise = density[:, None] * np.array([_power(window, ω), *[np.full(ω.size, np.sum(window[0] ** 2))] * 2])

@@ -17,7 +17,7 @@ from core.description import BuildingDescription
 from core.errors import RecordError
 from core.record import Direction, Record
 from core.sensors.floor_agreement import floor_agreement
-from core.sensors.layer_agreement import layer_agreement
+from core.sensors.layer_agreement import LayerAgreement, recorded_agreement
 from core.signals.noise import noise_std
 
 SOUND_STD = np.array([0.01, 1e-3, 2e-5])
@@ -87,7 +87,7 @@ class SensorError:
 
 
 def sensor_differences(
-    record: Record, description: BuildingDescription, direction: Direction
+    record: Record, description: BuildingDescription, direction: Direction, across: LayerAgreement | None
 ) -> Iterator[SensorDifference]:
     """Base slab and ground compared with the layer's transducer, and the floors with the base slab, where possible.
 
@@ -95,6 +95,7 @@ def sensor_differences(
         record: complete channels relative to their position at rest, one per level, quantity and direction.
         description: of the building.
         direction: horizontal.
+        across: core.sensors.layer_agreement.recorded_agreement of these.
     """
     differences = {
         (channel.level, channel.quantity): (channel.id, row)
@@ -111,11 +112,9 @@ def sensor_differences(
     ]
     if base is None:
         return
+    if ground is not None and layer is not None and across is not None:
+        yield SensorDifference((base[0], ground[0]), layer[0], across.value, across.covariance)
     try:
-        if ground is not None and layer is not None:
-            across = layer_agreement(layer[1], base[1], ground[1], record.rate)
-            if across is not None:
-                yield SensorDifference((base[0], ground[0]), layer[0], across.value, across.covariance)
         if floors:
             above = floor_agreement(base[1], np.array([row for _, row in floors]), record.rate)
             if above is not None:
@@ -124,7 +123,12 @@ def sensor_differences(
         return
 
 
-def sensor_health(record: Record, levels: Record, description: BuildingDescription) -> tuple[SensorHealth, ...]:
+def sensor_health(
+    record: Record,
+    levels: Record,
+    description: BuildingDescription,
+    agreements: Mapping[Direction, LayerAgreement | None],
+) -> tuple[SensorHealth, ...]:
     """Noise and gain of every channel in one event.
 
     The median gain of a direction counts as right: as long as most sensors are sound, one whose gain has changed
@@ -134,10 +138,11 @@ def sensor_health(record: Record, levels: Record, description: BuildingDescripti
         record: complete channels relative to their position at rest, any number per level and direction.
         levels: the same, one per level, quantity and direction.
         description: of the building.
+        agreements: core.sensors.layer_agreement.recorded_agreement of `levels` in each horizontal direction.
     """
     noise, gains = _noise(record), dict[str, tuple[float, float]]()
     for direction in description.horizontal_directions:
-        gains |= dict(_gains(levels, description, direction))
+        gains |= dict(_gains(levels, description, direction, agreements[direction]))
     unknown = (None, None)
     return tuple(
         SensorHealth(channel.id, noise.get(channel.id), *gains.get(channel.id, unknown)) for channel in record.channels
@@ -154,14 +159,14 @@ def _noise(record: Record) -> Mapping[str, float]:
 
 
 def _gains(
-    record: Record, description: BuildingDescription, direction: Direction
+    record: Record, description: BuildingDescription, direction: Direction, across: LayerAgreement | None
 ) -> Iterator[tuple[str, tuple[float, float]]]:
     """Gain of each channel and its standard deviation.
 
     Differences determine the logarithms of the gains up to a constant. The least-squares solution of least norm has a
     mean of zero, and its covariance is that of the difference from the mean; the median then replaces the mean.
     """
-    known = list(sensor_differences(record, description, direction))
+    known = list(sensor_differences(record, description, direction, across))
     channels = sorted({name for one in known for name in (*one.channels, one.against)})
     if not channels:
         return
@@ -187,7 +192,12 @@ def sensor_errors(
         direction: horizontal.
     """
     pooled = _pooled(
-        [difference for record in records for difference in sensor_differences(record, description, direction)]
+        [
+            difference
+            for record in records
+            for across in [recorded_agreement(record, description, direction)]
+            for difference in sensor_differences(record, description, direction, across)
+        ]
     )
     erring: list[Unit] = []
     others: list[tuple[str, ...]] = []

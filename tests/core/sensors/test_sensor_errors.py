@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
 from core.record import Channel, Record
+from core.sensors.layer_agreement import recorded_agreement
 from core.sensors.sensor_errors import SensorHealth, sensor_errors, sensor_health
 
 
@@ -66,7 +67,8 @@ GAIN = 1.08
 
 
 def healths(record: Record) -> dict[str, SensorHealth]:
-    return {one.channel: one for one in sensor_health(record, record, paper())}
+    agreements = {name: recorded_agreement(record, paper(), name) for name in paper().horizontal_directions}
+    return {one.channel: one for one in sensor_health(record, record, paper(), agreements)}
 
 
 @pytest.mark.parametrize("erring", ROWS)
@@ -99,9 +101,7 @@ def test_two_sensors_share_what_they_differ_by() -> None:
 
 def test_what_nothing_shows_is_not_known() -> None:
     alone = consistent_record({}, 0.01, [1], (GROUND, FOURTH, ROOF, LAYER))
-    assert [(one.channel, one.gain, one.gain_std) for one in sensor_health(alone, alone, paper())] == [
-        (BASE, None, None)
-    ]
+    assert [(one.channel, one.gain, one.gain_std) for one in healths(alone).values()] == [(BASE, None, None)]
     short = replace(alone, samples=alone.samples[:, :500])
     assert healths(short)[BASE].noise is None
     vertical = replace(alone, channels=(Channel("z", "1F", "acceleration", "z"),))
