@@ -106,7 +106,7 @@ class Parameter:
         return self.unit == "s" and self.bounds[0] < 0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Effect:
     """A physical effect. Its law's arguments name what it needs."""
 

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Any
 
 from core.effect import CHANNELS, CONDITIONS, KINDS, MOTION, RESULTS, SCALES, YIELDED, Effect
-from core.effects import EFFECTS, Laws
+from core.effects import Laws
 from core.laws.autodiff import change_of, tangent_source
 from core.laws.compilation import digest, inlined, jitted
 
@@ -79,38 +79,34 @@ def tangent_law(effect: Effect) -> Callable[..., tuple[float, ...]]:
 
 @lru_cache(MOST_CACHED)
 def force_program(laws: Laws) -> Callable[..., tuple[float, float]]:
-    """Force program of the effects with these names."""
-    return compiled_force(_effects_of(laws))
+    """Force program of these effects."""
+    return compiled_force(dict(laws))
 
 
 @lru_cache(MOST_CACHED)
 def tangent_program(laws: Laws) -> Callable[..., tuple[float, float, float, float]]:
-    """Tangent program of the effects with these names."""
-    return compiled_tangent(_effects_of(laws))
+    """Tangent program of these effects."""
+    return compiled_tangent(dict(laws))
 
 
 @lru_cache(MOST_CACHED)
 def opcodes(laws: Laws) -> Mapping[str, int]:
     """Opcodes of the effects, by their names."""
-    return {name: code for code, name in enumerate(in_opcode_order(_effects_of(laws)))}
+    return {name: code for code, name in enumerate(in_opcode_order(dict(laws)))}
 
 
 @lru_cache(MOST_CACHED)
 def force_digest(laws: Laws) -> str:
     """Digest of all sources of the force program."""
-    effects = _effects_of(laws)
+    effects = dict(laws)
     return digest(effects, force_program_source(effects))
 
 
 @lru_cache(MOST_CACHED)
 def tangent_digest(laws: Laws) -> str:
     """Digest of all sources of the tangent program."""
-    effects = _effects_of(laws)
+    effects = dict(laws)
     return digest(effects, tangent_program_source(effects), *map(_tangent_law_source, effects.values()))
-
-
-def _effects_of(laws: Laws) -> Mapping[str, Effect]:
-    return {name: EFFECTS[name] for name in laws}
 
 
 def _tangent_law_source(effect: Effect) -> str:

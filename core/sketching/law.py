@@ -11,7 +11,7 @@ import numpy as np
 from core.effect import Effect
 from core.errors import ModelError
 from core.sketching.search import Placed, Sketched
-from core.sketching.terms import Scales
+from core.sketching.terms import OWN, Scales
 
 UNITS = {"length": "m", "speed": "m/s", "time": "s", "travel": "m"}
 """Units of a term's own value."""
@@ -163,13 +163,13 @@ def _parameters(line: Line, one: Placed, size: float) -> list[str]:
     limit = max(LARGEST, 10 * spread)
     found = [
         f'Parameter("{line.amplitude}", "N", ({-limit!r}, {limit!r}), Normal({start or 1.0!r}, {spread!r}), '
-        f"{'force of the ' + one.term.name!r})"
+        f"{one.term.meaning!r})"
     ]
     if line.own:
         low, high = (float(f"{value:.3g}") for value in (one.s / RANGE, one.s * RANGE))
         found.append(
             f'Parameter("{line.own}", "{UNITS[one.term.shape]}", ({low!r}, {high!r}), '
-            f"LogNormal({float(f'{one.s:.3g}')!r}, {SPREAD!r}), {'its own ' + one.term.shape!r})"
+            f"LogNormal({float(f'{one.s:.3g}')!r}, {SPREAD!r}), {OWN[one.term.shape]!r})"
         )
     return found
 

@@ -6,7 +6,7 @@ the term's own length, speed or time.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -56,14 +56,25 @@ class Term:
 
     name: str
     """In words."""
-    expression: str
-    """Of a law, in U, V and {s}."""
     depends: tuple[str, ...]
     """Variables that it depends on."""
     shape: Shape = ""
     starts: tuple[float, ...] = ()
     """Values of {s} where the search begins: lengths and travels over U, speeds over V, times in s."""
     memory: Memory | None = None
+    expression: str = field(kw_only=True)
+    """Of a law, in U, V and {s}."""
+
+    @property
+    def meaning(self) -> str:
+        """What its amplitude is."""
+        return f"force of the {self.name}"
+
+
+OWN: Mapping[Shape, str] = MappingProxyType(
+    {"length": "its own length", "speed": "its own speed", "time": "its own time", "travel": "its own travel"}
+)
+"""What the own value of a term is."""
 
 
 @njit(cache=False)
@@ -125,62 +136,62 @@ TRAVELLED = Memory(("travelled",), ("abs(v)",), _travelled, is_carried=True)
 
 U, V, Z = ("displacement",), ("velocity",), ("yield variable",)
 TERMS = (
-    Term("spring that hardens or softens with the square", "u * abs(u) / U ** 2", U),
-    Term("cubic spring", "(u / U) ** 3", U),
-    Term("spring of fifth order", "(u / U) ** 5", U),
-    Term("asymmetric spring, by the square", "(u / U) ** 2", U),
-    Term("asymmetric spring, stiffer to one side", "abs(u) / U", U),
-    Term("spring that saturates", "tanh(u / {s})", U, "length", LENGTHS),
-    Term("wave over the displacement", "sin(u / {s})", U, "length", LENGTHS),
-    Term("spring over a range", "u / {s} * exp(-0.5 * (u / {s}) ** 2)", U, "length", LENGTHS),
-    Term("spring beyond a gap", "copysign(max(abs(u) - {s}, 0.0), u) / U", U, "length", LENGTHS),
-    Term("spring beyond a gap, positive side", "max(u - {s}, 0.0) / U", U, "length", LENGTHS),
-    Term("spring beyond a gap, negative side", "min(u + {s}, 0.0) / U", U, "length", LENGTHS),
-    Term("drag", "v * abs(v) / V ** 2", V),
-    Term("cubic dashpot", "(v / V) ** 3", V),
-    Term("dashpot of the square root", "copysign(sqrt(abs(v) / V), v)", V),
-    Term("dashpot that saturates", "tanh(v / {s})", V, "speed", SPEEDS),
-    Term("dashpot beyond a speed", "copysign(max(abs(v) - {s}, 0.0), v) / V", V, "speed", SPEEDS),
-    Term("dashpot, positive direction", "max(v, 0.0) / V", V),
-    Term("dashpot that grows with the displacement", "v * abs(u) / (U * V)", (*U, *V)),
-    Term("dashpot that grows with its square", "v * u ** 2 / (U ** 2 * V)", (*U, *V)),
-    Term("dashpot over a range", "v / V * exp(-0.5 * (u / {s}) ** 2)", (*U, *V), "length", LENGTHS),
-    Term("dashpot of inward motion", "v / V * (0.5 - 0.5 * copysign(1.0, u * v))", (*U, *V)),
-    Term("slip", "z", Z, "length", LENGTHS, SLIP),
-    Term("slip that grows with the displacement", "z * abs(u) / U", (*U, *Z), "length", LENGTHS, SLIP),
-    Term("slip that grows with the velocity", "z * abs(v) / V", (*V, *Z), "length", LENGTHS, SLIP),
+    Term("spring that hardens or softens with the square", U, expression="u * abs(u) / U ** 2"),
+    Term("cubic spring", U, expression="(u / U) ** 3"),
+    Term("spring of fifth order", U, expression="(u / U) ** 5"),
+    Term("asymmetric spring, by the square", U, expression="(u / U) ** 2"),
+    Term("asymmetric spring, stiffer to one side", U, expression="abs(u) / U"),
+    Term("spring that saturates", U, "length", LENGTHS, expression="tanh(u / {s})"),
+    Term("wave over the displacement", U, "length", LENGTHS, expression="sin(u / {s})"),
+    Term("spring over a range", U, "length", LENGTHS, expression="u / {s} * exp(-0.5 * (u / {s}) ** 2)"),
+    Term("spring beyond a gap", U, "length", LENGTHS, expression="copysign(max(abs(u) - {s}, 0.0), u) / U"),
+    Term("spring beyond a gap, positive side", U, "length", LENGTHS, expression="max(u - {s}, 0.0) / U"),
+    Term("spring beyond a gap, negative side", U, "length", LENGTHS, expression="min(u + {s}, 0.0) / U"),
+    Term("quadratic drag", V, expression="v * abs(v) / V ** 2"),
+    Term("cubic dashpot", V, expression="(v / V) ** 3"),
+    Term("dashpot of the square root", V, expression="copysign(sqrt(abs(v) / V), v)"),
+    Term("dashpot that saturates", V, "speed", SPEEDS, expression="tanh(v / {s})"),
+    Term("dashpot beyond a speed", V, "speed", SPEEDS, expression="copysign(max(abs(v) - {s}, 0.0), v) / V"),
+    Term("dashpot, positive direction", V, expression="max(v, 0.0) / V"),
+    Term("dashpot that grows with the displacement", (*U, *V), expression="v * abs(u) / (U * V)"),
+    Term("dashpot that grows with its square", (*U, *V), expression="v * u ** 2 / (U ** 2 * V)"),
+    Term("dashpot over a range", (*U, *V), "length", LENGTHS, expression="v / V * exp(-0.5 * (u / {s}) ** 2)"),
+    Term("dashpot of inward motion", (*U, *V), expression="v / V * (0.5 - 0.5 * copysign(1.0, u * v))"),
+    Term("plain slip", Z, "length", LENGTHS, SLIP, expression="z"),
+    Term("slip that grows with the displacement", (*U, *Z), "length", LENGTHS, SLIP, expression="z * abs(u) / U"),
+    Term("slip that grows with the velocity", (*V, *Z), "length", LENGTHS, SLIP, expression="z * abs(v) / V"),
     Term(
-        "slip under the vertical load",
-        "z * (axial_load - 1.0)", (*Z, "axial load"), "length", LENGTHS, SLIP,
+        "slip under the vertical load", (*Z, "axial load"), "length", LENGTHS, SLIP,
+        expression="z * (axial_load - 1.0)",
     ),
     Term(
-        "slip by temperature",
-        "z * (temperature - 20.0) / 10.0", (*Z, "temperature"), "length", LENGTHS, SLIP,
+        "slip by temperature", (*Z, "temperature"), "length", LENGTHS, SLIP,
+        expression="z * (temperature - 20.0) / 10.0",
     ),
     Term(
-        "slip by the other direction",
-        "z * abs(u_cross) / U", (*Z, "other direction"), "length", LENGTHS, SLIP,
+        "slip by the other direction", (*Z, "other direction"), "length", LENGTHS, SLIP,
+        expression="z * abs(u_cross) / U",
     ),
-    Term("spring in series with a dashpot", "stretch / U", ("motion before",), "time", TIMES, RELAXING),
-    Term("spring that follows late", "late / U", ("motion before",), "time", TIMES, LATE),
-    Term("swinging mass", "late / U", ("motion before",), "time", TIMES, SWING),
+    Term("spring in series with a dashpot", ("motion before",), "time", TIMES, RELAXING, expression="stretch / U"),
+    Term("spring that follows late", ("motion before",), "time", TIMES, LATE, expression="late / U"),
+    Term("swinging mass", ("motion before",), "time", TIMES, SWING, expression="late / U"),
     Term(
-        "spring that the largest displacement softens",
-        "u / U * exp(-largest / {s})", (*U, "largest past displacement"), "length", LENGTHS, LARGEST,
-    ),
-    Term(
-        "spring of the largest displacement",
-        "u * largest / U ** 2", (*U, "largest past displacement"), memory=LARGEST,
+        "spring that the largest displacement softens", (*U, "largest past displacement"), "length", LENGTHS, LARGEST,
+        expression="u / U * exp(-largest / {s})",
     ),
     Term(
-        "spring that travel softens",
-        "u / U * exp(-travelled / {s})", (*U, "travel"), "travel", TRAVELS, TRAVELLED,
+        "spring of the largest displacement", (*U, "largest past displacement"), memory=LARGEST,
+        expression="u * largest / U ** 2",
     ),
-    Term("spring under the vertical load", "u / U * (axial_load - 1.0)", (*U, "axial load")),
-    Term("spring by temperature", "u / U * (temperature - 20.0) / 10.0", (*U, "temperature")),
-    Term("spring of the other direction", "u_cross / U", ("other direction",)),
-    Term("spring by the other direction", "u * abs(u_cross) / U ** 2", (*U, "other direction")),
-    Term("dashpot of the other direction", "v_cross / V", ("other direction",)),
+    Term(
+        "spring that travel softens", (*U, "travel"), "travel", TRAVELS, TRAVELLED,
+        expression="u / U * exp(-travelled / {s})",
+    ),
+    Term("spring under the vertical load", (*U, "axial load"), expression="u / U * (axial_load - 1.0)"),
+    Term("spring by temperature", (*U, "temperature"), expression="u / U * (temperature - 20.0) / 10.0"),
+    Term("spring of the other direction", ("other direction",), expression="u_cross / U"),
+    Term("spring by the other direction", (*U, "other direction"), expression="u * abs(u_cross) / U ** 2"),
+    Term("dashpot of the other direction", ("other direction",), expression="v_cross / V"),
 )  # fmt: skip
 """All kinds. Springs and dashpots that are proportional to the motion are left to the model."""
 

@@ -9,16 +9,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.comparison.compared import ForceComparison
+from core.arrays import Vector
+from core.comparison.compared import ForceComparison, compare_forces
 from core.comparison.prediction import predicted_displacement
 from core.diagnosis.worth import excess
-from core.effects import EFFECTS, add_effect
+from core.effect import Effect
+from core.effects import EFFECTS, add_effect, only
 from core.errors import ModelError, RecordError
 from core.fitting.fit import Fit, WeightedFit, weighted_fit
 from core.fitting.noise import force_noise, noise_rms
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.rounding import plain
+from core.sketching.course import Course, axis_of, course
 from core.sketching.dependence import Dependence, dependences
 from core.sketching.law import effect_of, effect_source, formula, starts
 from core.sketching.search import Found, Sketched, search
@@ -30,11 +33,11 @@ from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Progress, 
 from core.workbench.fitting import deviations, readable
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 
-NAME = "sketched"
+NAME = "sketched_force"
 """Name of the effect unless another is given."""
 VISIBLE = 0.01
 """Share of the residual's power from which on a variable is worth a word. A choice."""
-STEPS = 4
+STEPS = 3
 """Steps of a sketch."""
 
 
@@ -48,11 +51,14 @@ class Proposal:
     formula: str
     source: str
     """Text of the effect's file."""
+    effect: Effect
     model: Isolator
     """The model with the effect, its values rounded to six digits."""
     fit: Fit
     inflation: float
     """Ratio of the variances to those that the measurement's noise alone would cause."""
+    forces: tuple[Vector, ...]
+    """(n,) N, the law's in each earthquake and direction, in the order of the comparisons."""
 
     @property
     def std(self) -> Deviations:
@@ -83,6 +89,15 @@ class SketchResult:
     def missing(self) -> tuple[ForceComparison, ...]:
         """The missing force with its deviation: the residuals of the refitted model."""
         return self.versions[1].errors.forces
+
+    @property
+    def course(self) -> Course:
+        """The missing force over the variable that it depends on; with a proposal, beside its law."""
+        if self.proposal is None:
+            depends = [one.variable for one in self.dependences if one.share > VISIBLE]
+            return course(axis_of(depends), self.scales, self.missing)
+        depends = [variable for one in self.proposal.law.placed for variable in one.term.depends]
+        return course(axis_of(depends), self.scales, self.versions[2].errors.forces, self.proposal.forces)
 
     @property
     def taken(self) -> dict[str, float]:
@@ -146,14 +161,15 @@ def sketch(
     law, proposal, ended = found.proposed, None, NOTHING
     if law is not None:
         progress("fitting the law together with the model", 2, STEPS)
-        proposal = _proposal(name, law, terms.scales, base, seen)
-        progress("driving the versions by the motion and by the ground alone", 3, STEPS)
-        versions.append(Version(f"with {name}", model_errors(proposal.model, seen)))
+        proposal, version = _tried(name, law, terms.scales, base, seen)
+        versions.append(version)
         ended = _objection(versions[1], versions[2], seen)
     base.data.memory.clear()
-    progress("sketched", STEPS, STEPS)
-    kept = None if ended else proposal
-    return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, kept, ended, chosen_here)
+    progress("sketch finished", STEPS, STEPS)
+    if ended or proposal is None:
+        return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, None, ended, chosen_here)
+    add_effect(name, proposal.effect)
+    return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, proposal, "", chosen_here)
 
 
 NOTHING = "No law is supported: nothing in the missing force depends on the motion or the conditions beyond doubt."
@@ -177,13 +193,21 @@ def _with_one_held_out(seen: Earthquakes) -> tuple[Earthquakes, str]:
     return replace(seen, held_out=frozenset({second})), second
 
 
-def _proposal(name: str, law: Sketched, scales: Scales, base: WeightedFit, seen: Earthquakes) -> Proposal:
-    """The law as an effect, fitted together with the model."""
+def _tried(name: str, law: Sketched, scales: Scales, base: WeightedFit, seen: Earthquakes) -> tuple[Proposal, Version]:
+    """The law as an effect, fitted together with the model, and the errors of the model with it."""
     source = effect_source(name, law, scales, known_range(scales))
-    add_effect(name, effect_of(name, source))
-    joined = Isolator({**base.fit.model.effects, name: starts(law)})
-    fit = weighted_fit(seen.fitted, joined)
-    return Proposal(name, law, formula(law, scales), source, readable(fit.fit.model), fit.fit, fit.inflation)
+    effect = effect_of(name, source)
+    with only(base.fit.model.effects):
+        add_effect(name, effect)
+        joined = Isolator({**base.fit.model.effects, name: starts(law)})
+        fit = weighted_fit(seen.fitted, joined)
+        model = readable(fit.fit.model)
+        errors = model_errors(model, seen)
+        without = Isolator({**model.effects, name: {**model.effects[name], **effect.absent}})
+        rest = compare_forces(without, seen.observations, seen.band)
+        forces = tuple(one.model - other.model for one, other in zip(errors.forces, rest, strict=True))
+    proposal = Proposal(name, law, formula(law, scales), source, effect, model, fit.fit, fit.inflation, forces)
+    return proposal, Version(f"with {name}", errors)
 
 
 def known_range(scales: Scales) -> str:
@@ -248,7 +272,7 @@ def _sentences(result: SketchResult) -> Iterator[str]:
     if proposal is None:
         yield result.ended
         return
-    yield f"Proposed: {', '.join(one.term.name for one in proposal.law.placed)}. {proposal.formula}."
+    yield f"Proposed: {', '.join(one.term.name for one in proposal.law.placed)}; its law is `{proposal.formula}`."
     yield from gain(result.versions[1], result.versions[2], result.earthquakes)
     for group, share in result.taken.items():
         where = {FITTED: "where it was fitted", HELD_OUT: "on held-out earthquakes"}[group]

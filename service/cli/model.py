@@ -286,7 +286,7 @@ def sketch(
     """
     from core import workbench
     from core.effects import EFFECTS
-    from service.models import sketching
+    from service.models import sketch_report, sketch_results
 
     name = output.stem
     if output.suffix != ".py" or not name.isidentifier() or name in EFFECTS:
@@ -297,11 +297,11 @@ def sketch(
     if result.proposal is not None:
         write_text(result.proposal.source, output)
     _show(
-        sketching.sketch_report(given, result),
+        sketch_report.sketch_report(given, result),
         json,
-        lambda: sketching.document(given, result),
+        lambda: sketch_results.document(given, result),
         html,
-        lambda: sketching.sketch_file(given, result),
+        lambda: sketch_report.sketch_file(given, result),
     )
 
 

@@ -73,10 +73,12 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "core/forecasting/*.py",
         "core/model/isolator.py",
         "core/model/simulation.py",
+        "core/sketching/terms.py",
         "core/workbench/*.py",
         "service/http/templates/diagnosis.html",
         "service/http/templates/effect*.html",
         "service/http/templates/forecast.html",
+        "service/http/templates/sketch.html",
         "service/http/templates/model*.html",
         "service/models/forecasting.py",
         "service/models/motions.py",
@@ -163,10 +165,22 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
 }
 """Files of each catalogue: patterns relative to the project's folder."""
 NOT_SHOWN = frozenset(
-    {"description", "summary", "help", "example", "examples", "pattern", "alias", "operation_id", "labelExpr"}
+    {
+        "description",
+        "summary",
+        "help",
+        "example",
+        "examples",
+        "pattern",
+        "alias",
+        "operation_id",
+        "labelExpr",
+        "expression",
+    }
 )
 """Arguments whose texts programs or developers read."""
 LOGGED = frozenset({"debug", "info", "warning", "error", "exception", "compile", "getLogger", "TypeVar", "getattr"}) | {
+    "Memory",
     "condition",
     "transform_filter",
     "transform_calculate",

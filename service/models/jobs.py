@@ -1,14 +1,19 @@
-"""Jobs on a version of a model: fit, addition of an effect, diagnosis. A fit or addition makes the next version."""
+"""Jobs on a version of a model: fit, addition of an effect, diagnosis, sketch. A fit or addition makes the next
+version."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import count
 from typing import Any
 
 from sqlalchemy.orm import Session
 
+from core import workbench
 from core.analysis import EventAnalysis
+from core.effects import EFFECTS, only
 from core.workbench.earthquakes import Earthquakes
+from core.workbench.sketching import NAME
 from service.jobs.queue import Claim
 from service.jobs.stages import ReportStep, Stage
 from service.jobs.tables import Job
@@ -18,9 +23,13 @@ from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
 from service.models.model_file import ModelFile
 from service.models.operations import add, diagnose, fit
 from service.models.results import as_json
+from service.models.sketch_results import document as sketch_document
 from service.models.store import Draft
 from service.models.tables import DiagnosisPicture, ModelDiagnosis, ModelVersion
 from service.version import VERSION
+
+STORED = 600
+"""Samples of the missing force in one earthquake that a stored sketch has."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +94,14 @@ def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: R
     return Diagnosis(done.result.outcome, done.result.text, as_json(documents.diagnosis(done)), drawn)
 
 
+def sketched(name: str | None, model: ModelFile, events: Earthquakes, report_step: ReportStep) -> Mapping[str, Any]:
+    """The sketch of what a model lacks, as JSON; its effect is unknown again afterwards. Errors as of `fitted`."""
+    unused = name or next(one for n in count(1) if (one := NAME if n == 1 else f"{NAME}_{n}") not in EFFECTS)
+    with only(EFFECTS):
+        result = workbench.sketch(model.isolator, events, name=unused, progress=report_step)
+        return as_json(sketch_document(model, result, STORED))
+
+
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Stages of a fit: each event, the fit, then both versions against all events."""
     fitting = Stage(texts.FITTING, fitted, lambda done, report_step: _arguments(inputs, done, report_step))
@@ -108,6 +125,21 @@ def diagnosis_stages(inputs: WorkInputs) -> Sequence[Stage]:
     return (*observing(inputs), diagnosing)
 
 
+def sketch_stages(inputs: WorkInputs) -> Sequence[Stage]:
+    """Stages of a sketch: each event, then the search."""
+    sketching = Stage(
+        texts.SKETCHING,
+        sketched,
+        lambda done, report_step: (
+            inputs.arguments.get("name"),
+            given(inputs),
+            records(inputs, done),
+            report_step,
+        ),
+    )
+    return (*observing(inputs), sketching)
+
+
 def _arguments(
     inputs: WorkInputs, analyses: Sequence[EventAnalysis], report_step: ReportStep
 ) -> tuple[ModelFile, str, Earthquakes, ReportStep]:
@@ -115,7 +147,7 @@ def _arguments(
 
 
 def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:
-    count = len(inputs.events)
+    number = len(inputs.events)
 
     def with_events(model: Any, done: Sequence[Any]) -> tuple[Any, ...]:  # noqa: ANN401  a computation's arguments
         return model, observed(inputs, done), inputs.description, inputs.band
@@ -127,7 +159,7 @@ def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:
         Stage(
             texts.COMPARING_MADE,
             compared,
-            lambda done, report_step: with_events(done[count].model.isolator, done),
+            lambda done, report_step: with_events(done[number].model.isolator, done),
         ),
     )
 
@@ -166,6 +198,11 @@ def store_diagnosis(session: Session, claim: Claim, inputs: WorkInputs, done: Se
     session.add(stored)
     session.flush()
     job.result = {"diagnosis": stored.id}
+
+
+def store_sketch(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
+    """The sketch, as the job's result."""
+    session.get_one(Job, claim.job_id).result = {"sketch": dict(done[-1])}
 
 
 def _store(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], change: str, now: datetime) -> None:

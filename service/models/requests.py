@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from datetime import datetime
+from keyword import iskeyword
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -16,11 +17,11 @@ from service.buildings import queries as building_queries
 from service.buildings.store import described
 from service.errors import ConflictError
 from service.jobs import queue as job_queue
-from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST
+from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, SKETCH
 from service.jobs.tables import Job
 from service.models import queries, store, texts
 from service.models.queries import DIRECTIONS
-from service.models.schema import EffectRequest, FitRequest, ForecastRequest, ModelRequest, WorkRequest
+from service.models.schema import EffectRequest, FitRequest, ForecastRequest, ModelRequest, SketchRequest, WorkRequest
 from service.models.store import Draft
 from service.models.tables import ModelVersion
 from service.records import queries as record_queries
@@ -101,6 +102,30 @@ def diagnose(session: Session, model_id: int, wanted: FitRequest, by: str, now: 
     """
     model = queries.version(session, model_id)
     return job_queue.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, wanted), by, now)
+
+
+def sketch(session: Session, model_id: int, wanted: SketchRequest, by: str, now: datetime) -> Job:
+    """Queue a sketch of what the model lacks in these events, or in all; those held out only test the law.
+
+    Raises:
+        ConflictError: an effect cannot have that name, or the events are refused as in `fit`.
+    """
+    model = queries.version(session, model_id)
+    arguments = _fitting(session, model, wanted)
+    if wanted.name is not None:
+        check_new_name(wanted.name)
+        arguments["name"] = wanted.name
+    return job_queue.enqueue_work(session, model, SKETCH, arguments, by, now)
+
+
+def check_new_name(name: str) -> None:
+    """Refuse a name that a new effect cannot have.
+
+    Raises:
+        ConflictError: it is another effect's, or a word of the language of effects.
+    """
+    if name in EFFECTS or not name.isidentifier() or iskeyword(name):
+        raise ConflictError(texts.taken_name(name))
 
 
 def forecast(session: Session, model_id: int, wanted: ForecastRequest, by: str, now: datetime) -> Job:

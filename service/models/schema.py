@@ -217,6 +217,21 @@ class FitRequest(WorkRequest):
     )
 
 
+NEW_EFFECT = r"^[A-Za-z_][A-Za-z0-9_]{0,63}$"
+"""A name that a new effect may have."""
+
+
+class SketchRequest(FitRequest):
+    """Events to sketch the missing force from, and events that only test its law."""
+
+    name: str | None = Field(
+        None,
+        description="Name of the effect; without it `sketched_force`.",
+        pattern=NEW_EFFECT,
+        examples=["unknown_force"],
+    )
+
+
 class ForecastRequest(BaseModel):
     """A ground motion to forecast the response to: that of a stored earthquake, scaled to one thing at most."""
 
@@ -307,6 +322,12 @@ class FitForm(FitRequest):
     @classmethod
     def _numbers(cls, ticked: list[str] | None) -> list[int] | None:
         return None if ticked is None else [_number(one) for one in ticked]
+
+
+class SketchForm(FitForm, SketchRequest):
+    """The same by a form."""
+
+    model_config = ConfigDict(extra="ignore", strict=True)
 
 
 class EffectForm(FitForm, EffectRequest):

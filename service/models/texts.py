@@ -76,6 +76,16 @@ FIGURES: Mapping[str, tuple[str, str]] = {
         "Largest absolute acceleration of each level, with its 95 % interval: the covariance of the model's values, "
         "and the model's own error in the records.",
     ),
+    "sketch_force": (
+        "The missing force over what it depends on",
+        "What is measured beyond the model, and its mean with two standard deviations (band), over the displacement by "
+        "the direction of the motion; dashed: the proposed law.",
+    ),
+    "sketch_law": (
+        "Measured against the law",
+        "What is measured beyond the rest of the model, over the force of the proposed law. A right law puts the "
+        "points about the dashed line, those of held-out earthquakes too.",
+    ),
     "histories": (
         "Measured and modelled",
         "The earthquake of {name}, which has the largest displacement: the force, driven by the measured motion"
@@ -91,6 +101,7 @@ COMPARING_MADE = "Comparing the new version with every event"
 FITTING = "Fitting the model"
 DIAGNOSING = "Testing every effect"
 FORECASTING = "Forecasting the response"
+SKETCHING = "Sketching the missing force"
 ONE_SCALING = "scale to one thing: pga, displacement or design_spectrum"
 NO_DESIGN_SPECTRUM = "The building file has no [design_spectrum]; add it, or scale to something else."
 BY_DESIGN, BY_VALUES = "from the design values", "from given values"
@@ -164,6 +175,11 @@ def no_model(reason: object) -> str:
 def unknown_effect(name: str, known: Collection[str]) -> str:
     """Refusal of an effect that does not exist."""
     return f"There is no effect {name!r}; there are {', '.join(sorted(known))}."
+
+
+def taken_name(name: str) -> str:
+    """Refusal of a name for a sketched effect."""
+    return f"An effect cannot be called {name!r}: choose an unused name of letters, digits and _."
 
 
 def has_effect(name: str) -> str:

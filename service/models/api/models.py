@@ -24,6 +24,7 @@ from service.models.schema import (
     ModelOut,
     ModelRequest,
     Models,
+    SketchRequest,
     Trend,
     WorkRequest,
 )
@@ -225,6 +226,30 @@ def diagnose(model_id: ModelId, sessions: Writing, response: Response, by: By, w
     """
     with sessions.begin() as session:
         return _queued(requests.diagnose(session, model_id, wanted, by.name, datetime.now(UTC)), response)
+
+
+@router.post(
+    "/models/{model_id}/sketches",
+    operation_id="sketch_missing_force",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def sketch(
+    model_id: ModelId,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[SketchRequest, Body(description="Events, events to hold out, and a name; {} for all events.")],
+) -> JobOut:
+    """Sketch the force that the model lacks, where no effect explains it.
+
+    The job's `result` has the `sketch`: the missing force with its deviation, what it depends on, and the simplest law
+    that lowers the error where nothing was fitted, as a formula and as the file of an effect; `proposal` is null where
+    no law does. `GET /api/v1/jobs/{job_id}` gives it. Nothing is changed.
+    """
+    with sessions.begin() as session:
+        return _queued(requests.sketch(session, model_id, wanted, by.name, datetime.now(UTC)), response)
 
 
 @router.post(

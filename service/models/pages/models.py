@@ -1,5 +1,6 @@
-"""Pages of models, diagnoses and physical effects, and their forms; JavaScript shows progress only."""
+"""Pages of models, diagnoses, sketches and physical effects, and their forms; JavaScript shows progress only."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Annotated
@@ -27,7 +28,7 @@ from service.jobs.queue import UNDER_WAY
 from service.jobs.requests import cancel_for, may_cancel
 from service.jobs.tables import Job
 from service.language.translation import said
-from service.models import answers, queries, requests, store
+from service.models import answers, queries, requests, store, texts
 from service.models.api.comparisons import DiagnosisId
 from service.models.api.effects import EffectName, answered as effect_out
 from service.models.effect_loops import AMPLITUDE, read_values, slider, usual_values
@@ -35,7 +36,8 @@ from service.models.effects import families
 from service.models.forecast_results import ForecastDocument
 from service.models.forecast_words import limit_row, peak_row
 from service.models.queries import DIRECTIONS
-from service.models.schema import HOLD_OUT, EffectForm, FitForm, ForecastForm, ModelRequest
+from service.models.schema import HOLD_OUT, NEW_EFFECT, EffectForm, FitForm, ForecastForm, ModelRequest, SketchForm
+from service.models.sketch_results import SketchDocument
 from service.models.tables import ModelComparison
 from service.models.windows import Window, worst_windows
 from service.records import queries as record_queries
@@ -53,6 +55,7 @@ OFFERED = 50
 Making = Annotated[Posted[ModelRequest], Depends(posted(ModelRequest))]
 Fitting = Annotated[Posted[FitForm], Depends(posted(FitForm))]
 Forecasting = Annotated[Posted[ForecastForm], Depends(posted(ForecastForm))]
+Sketching = Annotated[Posted[SketchForm], Depends(posted(SketchForm))]
 Extending = Annotated[Posted[EffectForm], Depends(posted(EffectForm))]
 
 
@@ -221,6 +224,67 @@ def _forecast(session: Session, job_id: int) -> tuple[Job, ForecastDocument]:
     return job, ForecastDocument.model_validate((job.result or {})["forecast"])
 
 
+@router.get("/sketches/{job_id}")
+def of_sketch(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
+    """A sketch: what is missing, on what it depends, and the law for it."""
+    return _shown_sketch(request, job_id, sessions)
+
+
+def _shown_sketch(
+    request: Request, job_id: int, sessions: sessionmaker[Session], refused: Refused = NOT_REFUSED
+) -> Response:
+    with sessions() as session:
+        job, found = _sketch(session, job_id)
+        (model,) = answers.rows(session, [queries.version(session, job.model_id or 0)])
+        building = queries.version(session, model.id).building
+        return page(
+            request,
+            "sketch",
+            refused.status,
+            refused=refused,
+            building=building,
+            zone=zone(session, building),
+            model=model,
+            job=job,
+            sketch=found,
+            held_out=list(dict.fromkeys(one.earthquake for one in found.course.traces if one.left_out)),
+        )
+
+
+@router.get("/sketches/{job_id}/effect")
+def of_sketched_effect(
+    request: Request,
+    job_id: JobId,
+    sessions: Reading,
+    by: Reader,
+    name: Annotated[str, Query(max_length=200)] = "",
+) -> Response:
+    """The file of a sketched effect, under a name of the reader's choice."""
+    with sessions() as session:
+        _, found = _sketch(session, job_id)
+    if found.proposal is None:
+        raise NotFoundError("law of sketch", job_id)
+    wanted = name.strip() or found.proposal.effect
+    try:
+        if not re.fullmatch(NEW_EFFECT, wanted):
+            raise ConflictError(texts.taken_name(wanted))
+        requests.check_new_name(wanted)
+    except ConflictError as error:
+        return _shown_sketch(request, job_id, sessions, refused("effect", {"name": wanted}, error))
+    return Response(
+        found.proposal.source,
+        media_type="text/x-python",
+        headers={"Content-Disposition": f'attachment; filename="{wanted}.py"'},
+    )
+
+
+def _sketch(session: Session, job_id: int) -> tuple[Job, SketchDocument]:
+    job = job_requests.job(session, job_id)
+    if job.model_id is None or "sketch" not in (job.result or {}):
+        raise NotFoundError("sketch", job_id)
+    return job, SketchDocument.model_validate((job.result or {})["sketch"])
+
+
 @router.get("/jobs/{job_id}")
 def of_job(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
     """Progress of work on a model or an earthquake; once it is done, the page of its result."""
@@ -251,6 +315,8 @@ def _result_page(job: Job) -> str:
         return f"/events/{job.event_id}"
     if "forecast" in result:
         return f"/forecasts/{job.id}"
+    if "sketch" in result:
+        return f"/sketches/{job.id}"
     if "diagnosis" in result:
         return f"/diagnoses/{result['diagnosis']}"
     return f"/models/{result.get('made', job.model_id)}"
@@ -340,6 +406,16 @@ def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, for
 
     def work(session: Session, wanted: FitForm, now: datetime) -> Job:
         return requests.diagnose(session, model_id, wanted, by.name, now)
+
+    return _worked(request, model_id, sessions, by, form, work)
+
+
+@router.post("/models/{model_id}/sketch")
+def sketch(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Sketching) -> Response:
+    """Sketch what the model lacks in all events except the held-out ones, and show the progress."""
+
+    def work(session: Session, wanted: SketchForm, now: datetime) -> Job:
+        return requests.sketch(session, model_id, wanted, by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
 

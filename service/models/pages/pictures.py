@@ -20,9 +20,11 @@ from service.jobs import requests as job_requests
 from service.models import answers, queries
 from service.models.effect_loops import ALONE, WITH, WITHOUT, loops as loops_of_effect, read_values
 from service.models.figures.forecasts import accelerations, displacement, drawn
+from service.models.figures.sketches import beside_law, force as missing_force, layered
 from service.models.forecast_results import ForecastDocument, ForecastOut
 from service.models.results import MisfitOut
 from service.models.schema import ErrorOut, Errors
+from service.models.sketch_results import SketchDocument
 from service.models.trend import RatedError
 from service.models.windows import BLOCK
 from service.reports.charts import (
@@ -48,8 +50,8 @@ COLOURS = alt.Scale(domain=[MEASURED, MODELLED], range=[GREY, BLUE])
 WAYS = {WITHOUT: GREY, WITH: BLUE, ALONE: ORANGE}
 """Colours of the loops of an effect."""
 FITTED, HELD_OUT, LATER, USUAL, MISSED = "fitted", "held out", "later", "as usual", "missed"
-NARROW = 400
-"""Pixels, width of a chart of a forecast."""
+NARROW, BROAD = 400, 560
+"""Pixels, width of a chart of a forecast or a sketch."""
 GROUPS = {FITTED: BLUE, HELD_OUT: ORANGE, LATER: GREY}
 """Colours of the groups of earthquakes that errors are given for."""
 
@@ -151,6 +153,38 @@ def _forecast(sessions: Reading, number: int) -> ForecastOut:
     if "forecast" not in result:
         raise NotFoundError("forecast", number)
     return ForecastDocument.model_validate(result["forecast"]).forecasts[0]
+
+
+@router.get("/sketch-force.{form}")
+def sketch_force(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """The missing force of a sketch over the variable that it depends on."""
+    found = _sketch(sessions, job)
+    return picture(wanted, lambda: layered(missing_force(found.course, BROAD)), "sketch-force", job)
+
+
+@router.get("/sketch-law.{form}")
+def sketch_law(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """The missing force of a sketch over the force of the proposed law."""
+    found = beside_law(_sketch(sessions, job).course, NARROW)
+    if found is None:
+        raise NotFoundError("law of sketch", job)
+    return picture(wanted, lambda: layered(found), "sketch-law", job)
+
+
+@router.get("/sketch-versions.{form}")
+def sketch_versions(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Error of the model as given, refitted, and with the law of a sketch."""
+    found = _sketch(sessions, job).versions
+    errors = [(one.name, {FITTED: one.error.nrmse, HELD_OUT: _error(one.error_held_out)}) for one in found]
+    return picture(wanted, lambda: falls(errors), "sketch-versions", job)
+
+
+def _sketch(sessions: Reading, number: int) -> SketchDocument:
+    with sessions() as session:
+        result = job_requests.job(session, number).result or {}
+    if "sketch" not in result:
+        raise NotFoundError("sketch", number)
+    return SketchDocument.model_validate(result["sketch"])
 
 
 @router.get("/effect.{form}")

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from core.effects import add_effect
+from core.effects import EFFECTS, add_effect, only
 from core.errors import ModelError
 from core.fitting.observation import LayerHistory, Observation
 from core.model.force_response import force_response
@@ -86,7 +86,7 @@ def test_a_maxwell_element_answers_a_sine_exactly() -> None:
 
 def test_a_slip_is_its_closed_form_on_first_loading() -> None:
     length = 0.02
-    (z,) = histories(named("slip"), length, SCALES, (SEEN,))
+    (z,) = histories(named("plain slip"), length, SCALES, (SEEN,))
     first = T < 0.4
     assert z[first] == pytest.approx(1 - np.exp(-SEEN.layer.displacement[first] / length), abs=1e-9)
 
@@ -95,3 +95,20 @@ def test_a_slip_is_its_closed_form_on_first_loading() -> None:
 def test_a_name_that_no_effect_can_have_is_refused(name: str) -> None:
     with pytest.raises(ModelError, match="cannot be called"):
         effect_source(name, law_of(placed()[0]), SCALES, "known")
+
+
+def test_a_name_that_was_free_again_gives_the_force_of_its_new_law() -> None:
+    """Sketches of one process have the same name one after the other; none of them stays."""
+    before, forces = dict(EFFECTS), []
+    for name in ("cubic spring", "cubic dashpot"):
+        law = law_of(Placed(named(name), 0.0))
+        with only(["elastic"]):
+            add_effect("used_twice", effect_of("used_twice", effect_source("used_twice", law, SCALES, "A test.")))
+            model = Isolator({"used_twice": {"force_1": 2.0}})
+            forces.append(force_response(model, SEEN.layer.displacement, SEEN.layer.velocity, RATE).force)
+            assert set(EFFECTS) == {"elastic", "used_twice"}
+    assert dict(EFFECTS) == before
+    for force, (shape, size) in zip(
+        forces, [(SEEN.layer.displacement, SCALES.displacement), (SEEN.layer.velocity, SCALES.velocity)], strict=True
+    ):
+        assert force == pytest.approx(2 * (shape / size) ** 3, abs=1e-12)

@@ -119,6 +119,9 @@ GET /charts/effect.{form}
 GET /charts/model-diagnosis.{form}
 GET /charts/forecast-accelerations.{form}
 GET /charts/forecast-displacement.{form}
+GET /charts/sketch-force.{form}
+GET /charts/sketch-law.{form}
+GET /charts/sketch-versions.{form}
 GET /charts/model-lineage.{form}
 GET /charts/model-loop.{form}
 GET /charts/model-trend.{form}
@@ -133,6 +136,8 @@ GET /charts/torsion.{form}
 GET /charts/waveforms.{form}
 GET /diagnoses/{diagnosis_id}
 GET /forecasts/{job_id}
+GET /sketches/{job_id}
+GET /sketches/{job_id}/effect
 GET /docs
 GET /effects
 GET /effects/{name}
@@ -172,6 +177,7 @@ POST /api/v1/models/{model_id}/accept
 POST /api/v1/models/{model_id}/comparisons
 POST /api/v1/models/{model_id}/diagnoses
 POST /api/v1/models/{model_id}/forecasts
+POST /api/v1/models/{model_id}/sketches
 POST /api/v1/models/{model_id}/effects
 POST /api/v1/models/{model_id}/fits
 POST /api/v1/receivers/{receiver_id}/test
@@ -186,6 +192,7 @@ POST /models/{model_id}/accept
 POST /models/{model_id}/compare
 POST /models/{model_id}/diagnose
 POST /models/{model_id}/forecast
+POST /models/{model_id}/sketch
 POST /models/{model_id}/extend
 POST /models/{model_id}/fit
 POST /receivers/{receiver_id}/test
@@ -309,6 +316,9 @@ QUERY = {
     "GET /charts/model-diagnosis.{form}": "number=1",
     "GET /charts/forecast-accelerations.{form}": "job=1",
     "GET /charts/forecast-displacement.{form}": "job=1",
+    "GET /charts/sketch-force.{form}": "job=1",
+    "GET /charts/sketch-law.{form}": "job=1",
+    "GET /charts/sketch-versions.{form}": "job=1",
     "GET /charts/model-lineage.{form}": "model=1",
     "GET /charts/model-window.{form}": "comparison=1&start=0",
     "GET /charts/model-loop.{form}": "comparison=1",
@@ -340,6 +350,11 @@ NOTHING_THERE = {
     "GET /forecasts/{job_id}",
     "GET /charts/forecast-accelerations.{form}",
     "GET /charts/forecast-displacement.{form}",
+    "GET /sketches/{job_id}",
+    "GET /sketches/{job_id}/effect",
+    "GET /charts/sketch-force.{form}",
+    "GET /charts/sketch-law.{form}",
+    "GET /charts/sketch-versions.{form}",
     "GET /charts/diagnosis-versions.{form}",
     "GET /charts/model-diagnosis.{form}",
     "GET /charts/baseline.{form}",
@@ -347,8 +362,8 @@ NOTHING_THERE = {
     "GET /charts/orbit.{form}",
     "GET /jobs/{job_id}",
 }
-"""A diagnosis or a forecast would take longer than all else here; a baseline needs more events, and the orbit both
-directions. The first job analysed an event, which has its own page."""
+"""A diagnosis, a forecast or a sketch would take longer than all else here; a baseline needs more events, and the orbit
+both directions. The first job analysed an event, which has its own page."""
 OF_ADMINISTRATORS = {"GET /api/v1/keys": 403, "GET /keys": 403}
 """Routes that refuse an admin of some buildings, who could make a key of all."""
 BODIES = {
