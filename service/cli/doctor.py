@@ -20,18 +20,24 @@ def doctor(
     timeout: Annotated[
         float, typer.Option(min=0.1, max=600, help="Seconds that the database has, and then all other checks together.")
     ] = 10.0,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CHECK", help="Only this check beside those of settings and database; may be repeated."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Examine the installation: what is wrong, and what helps.
 
-    Examined are the settings, the database, disk, clock, processes, the mail server, the sources of records, keys and
-    recipients. Nothing is changed and nothing is sent. The exit code is 0 if nothing is wrong, 1 if something is wrong
-    or could not be examined, 2 if the settings cannot be read.
+    Examined are settings, database, disk, clock, poller, worker, notifier, api, mail, sources, keys and recipients.
+    Nothing is changed and nothing is sent. The exit code is 0 if nothing is wrong, 1 if something is wrong or could not
+    be examined, 2 if the settings cannot be read.
     """
-    from service.doctor.examination import examine
+    from service.doctor.examination import FURTHER, examine
     from service.doctor.findings import State
 
-    findings = examine(current_settings(), timeout)
+    if unknown := sorted({*(only or ())} - {*FURTHER}):
+        raise typer.BadParameter(f"{unknown[0]!r} is no check; {', '.join(FURTHER)} are", param_hint="--only")
+    findings = examine(current_settings(), timeout, tuple(only or ()))
     is_well = all(one.state in (State.GOOD, State.NOTE) for one in findings)
     if as_json:
         items = [{"check": f.check, "state": f.state, "found": f.found, "helps": f.helps or None} for f in findings]

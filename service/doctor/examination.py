@@ -1,6 +1,6 @@
 """The complete examination of an installation."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -14,15 +14,24 @@ from service.doctor.findings import Check, Finding, Found, State, examined, wron
 from service.settings import Settings
 
 DATABASE = "database"
+FURTHER = (
+    *("disk", "clock", "poller", "worker", "notifier", "api"),
+    *("mail", "sources", "keys", "recipients"),
+)
+"""Names of the checks that need the database."""
 REST = Finding("the rest", State.UNKNOWN, "everything else needs the database", "mend the database first")
 
 
-def examine(settings: Settings, timeout: float) -> tuple[Finding, ...]:
+def examine(settings: Settings, timeout: float, only: Collection[str] = ()) -> tuple[Finding, ...]:
     """The findings about an installation; nothing is changed, and nothing is sent to people.
 
     Args:
         settings: of the service.
         timeout: s that settings and database have, and then again all other checks together.
+        only: names of the checks after those of settings and database; without a name all of them.
+
+    Raises:
+        KeyError: there is no check of this name.
     """
     checks: dict[str, Check] = {"settings": partial(installation.of_settings, settings)}
     if not _exists(settings.database_url):
@@ -33,7 +42,8 @@ def examine(settings: Settings, timeout: float) -> tuple[Finding, ...]:
         first = examined(checks | {DATABASE: partial(installation.of_database, settings, made)}, timeout)
         if any(one.state not in (State.GOOD, State.NOTE) for one in first if one.check == DATABASE):
             return (*first, REST)
-        return (*first, *examined(_checks(settings, reading(made), timeout), timeout))
+        further = _checks(settings, reading(made), timeout)
+        return (*first, *examined({name: further[name] for name in only} if only else further, timeout))
     finally:
         made.kw["bind"].dispose()
 
@@ -64,7 +74,10 @@ def _checks(settings: Settings, made: sessionmaker[Session], timeout: float) -> 
     return {
         "disk": partial(installation.of_disk, settings, made),
         "clock": partial(installation.of_clock, settings, made),
-        "processes": partial(installation.of_processes, settings, made, patience),
+        "poller": partial(installation.of_poller, settings, made),
+        "worker": partial(installation.of_worker, settings, made),
+        "notifier": partial(installation.of_notifier, settings, made),
+        "api": partial(installation.of_api, settings, patience),
         "mail": partial(outside.of_mail, settings, made),
         "sources": partial(outside.of_sources, settings, made, patience),
         "keys": partial(outside.of_keys, settings, made),

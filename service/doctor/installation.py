@@ -1,4 +1,4 @@
-"""Checks of the installation itself: settings, database, disk, clock, processes."""
+"""Checks of the installation itself: settings, database, disk, clock, the running processes."""
 
 import os
 import shutil
@@ -172,22 +172,34 @@ def _offset(ahead: timedelta) -> str:
     return f"{abs(ahead.total_seconds()):.0f} s {'ahead of' if ahead > timedelta(0) else 'behind'}"
 
 
-def of_processes(settings: Settings, sessions: sessionmaker[Session], timeout: float) -> Iterator[Found]:
-    """Poller, worker and notifier by their leases, the API by a request, and the watchdog."""
-    now = datetime.now(UTC)
+def of_poller(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Found]:
+    """A poller renews its lease and polls every source in time."""
+    yield from _ready(settings, sessions, "poller", "looks")
+
+
+def of_worker(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Found]:
+    """A worker renews its lease, and no work waits for too long."""
+    yield from _ready(settings, sessions, "worker")
+
+
+def _ready(settings: Settings, sessions: sessionmaker[Session], *names: str) -> Iterator[Found]:
     with sessions() as session:
-        for one in readiness.checks(session, settings, now):
-            if one.name in ("poller", "looks", "worker"):
+        for one in readiness.checks(session, settings, datetime.now(UTC)):
+            if one.name in names:
                 yield good(one.found) if one.ok else wrong(one.found, one.helps)
+
+
+def of_notifier(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Found]:
+    """A notifier renews its lease, and somebody outside would miss it."""
+    with sessions() as session:
         until = session.scalar(select(Lease.until).where(Lease.name == NOTIFYING))
-    if until is None or has_passed(until, now, LEASE):
+    if until is None or has_passed(until, datetime.now(UTC), LEASE):
         yield wrong(
             "no notifier was seen lately",
             "'menshin notify' or 'menshin up' starts one; see the log of one that runs",
         )
     else:
         yield good("a notifier runs")
-    yield _api(settings, timeout)
     if settings.heartbeat.url is None:
         yield note(
             "nobody outside notices when Menshin itself stops",
@@ -195,7 +207,8 @@ def of_processes(settings: Settings, sessions: sessionmaker[Session], timeout: f
         )
 
 
-def _api(settings: Settings, timeout: float) -> Found:
+def of_api(settings: Settings, timeout: float) -> Iterator[Found]:
+    """The API answers at the address of the settings."""
     host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(settings.host, settings.host)
     address, begun = f"http://{host}:{settings.port}/healthz", monotonic()
     try:
@@ -203,8 +216,9 @@ def _api(settings: Settings, timeout: float) -> Found:
     except httpx.HTTPError:
         status = None
     if status == httpx.codes.OK:
-        return good(f"the API answers at {address} after {1000 * (monotonic() - begun):.0f} ms")
-    return note(
+        yield good(f"the API answers at {address} after {1000 * (monotonic() - begun):.0f} ms")
+        return
+    yield note(
         f"no API answers at {address}",
         "'menshin api' or 'menshin up' starts one; it may also run in another container or on another machine",
     )

@@ -1,0 +1,170 @@
+"""The files of an installation: image, Compose file, settings for both, systemd units; without a container engine."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatch
+from importlib.metadata import requires
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+import yaml
+from compose_spec import PyCompose
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from service.cli import app
+from service.settings import FILE_VARIABLE, KEY_VARIABLE, Settings, settings_by_name
+from service.settings.names import variable
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCKER = ROOT / "docker"
+EXAMPLE = DOCKER / "menshin.env.example"
+VARIABLES = {FILE_VARIABLE, KEY_VARIABLE, *map(variable, settings_by_name())}
+COMMANDS = set(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+DIGEST = re.compile(r"@sha256:[0-9a-f]{64}$")
+OF_THE_IMAGE = frozenset({"dask"})
+"""Extras that the image has."""
+SYSTEMD = shutil.which("systemd-analyze")
+
+
+@pytest.fixture(scope="module")
+def compose() -> dict[str, Any]:
+    """The Compose file, with its anchors filled in, as Compose itself understands it."""
+    text = (DOCKER / "compose.yaml").read_text("utf-8").replace("${POSTGRES_PASSWORD:?choose one}", "secret")
+    filled = yaml.safe_load(text.replace("${MENSHIN_RECORDS:-./records}", "./records"))
+    read = PyCompose.from_json(json.dumps(filled))
+    read.validate()
+    document: dict[str, Any] = json.loads(read.to_json())
+    return document
+
+
+def parts(compose: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: one for name, one in compose["services"].items() if name != "postgres"}
+
+
+def test_every_part_runs_without_rights_and_says_whether_it_lives(compose: dict[str, Any]) -> None:
+    assert set(parts(compose)) == {"api", "poll", "work", "notify"}
+    for name, part in parts(compose).items():
+        assert part["command"] == [name]
+        assert name in COMMANDS
+        assert part["read_only"] is True
+        assert part["cap_drop"] == ["ALL"]
+        assert part["security_opt"] == ["no-new-privileges:true"]
+        assert any(volume["target"] == "/data" for volume in map(mounted, part["volumes"])), "the one place to write"
+        assert part["depends_on"]["postgres"]["condition"] == "service_healthy"
+        if name != "api":  # the image's own
+            process = {"poll": "poller", "work": "worker", "notify": "notifier"}[name]
+            assert part["healthcheck"]["test"] == ["CMD", "menshin", "doctor", "--only", process]
+    assert compose["services"]["postgres"]["healthcheck"]
+
+
+def mounted(volume: object) -> Mapping[str, str]:
+    if isinstance(volume, str):
+        source, target, *_ = volume.split(":")
+        return {"source": source, "target": target}
+    assert isinstance(volume, Mapping)
+    return volume
+
+
+def test_the_compose_file_passes_every_setting(compose: dict[str, Any]) -> None:
+    for part in parts(compose).values():
+        assert "menshin.env" in str(part["env_file"])
+        assert {name for name in part["environment"] if name.startswith("MENSHIN_")} <= VARIABLES
+    listed = re.findall(r"^#?(MENSHIN_\w+)=", EXAMPLE.read_text("utf-8"), re.MULTILINE)
+    assert set(listed) == VARIABLES - {FILE_VARIABLE}
+    assert len(listed) == len(set(listed))
+
+
+def test_the_example_of_all_settings_is_up_to_date() -> None:
+    spec = spec_from_file_location("write_environment", ROOT / "docs" / "tools" / "write_environment.py")
+    assert spec is not None
+    assert spec.loader is not None
+    writer = module_from_spec(spec)
+    spec.loader.exec_module(writer)
+    assert EXAMPLE.read_text("utf-8") == writer.document(), "python docs/tools/write_environment.py would mend it"
+
+
+def test_the_values_of_the_example_are_the_defaults(monkeypatch: pytest.MonkeyPatch, own_settings: None) -> None:
+    for name in [name for name in os.environ if name.startswith("MENSHIN_")]:
+        monkeypatch.delenv(name)
+    before = Settings().model_dump()
+    for name, value in re.findall(r"^#(MENSHIN_\w+)=(.+)$", EXAMPLE.read_text("utf-8"), re.MULTILINE):
+        monkeypatch.setenv(name, value)
+    assert Settings().model_dump() == before
+
+
+def instructions(name: str) -> Iterator[str]:
+    """The arguments of the instructions of this name in the Dockerfile."""
+    text = (DOCKER / "Dockerfile").read_text("utf-8").replace("\\\n", " ")
+    yield from (line.partition(" ")[2].strip() for line in text.splitlines() if line.startswith(f"{name} "))
+
+
+def test_images_are_named_by_their_digest_and_run_as_nobody_special(compose: dict[str, Any]) -> None:
+    bases = [line.split(" AS ")[0] for line in instructions("FROM")]
+    assert len(bases) == 2
+    assert all(DIGEST.search(one) for one in (*bases, compose["services"]["postgres"]["image"]))
+    assert list(instructions("USER")) == ["10001:10001"]
+    (variables,) = instructions("ENV")
+    assert set(re.findall(r"MENSHIN_\w+(?==)", variables)) <= VARIABLES
+
+
+def test_what_the_image_copies_is_there_and_sent_to_the_engine() -> None:
+    sent = [line[1:] for line in (ROOT / ".dockerignore").read_text().splitlines() if line.startswith("!")]
+    copied = [one for line in instructions("COPY") if "--from" not in line for one in line.split()[:-1]]
+    assert len(copied) > 5
+    for one in copied:
+        assert (ROOT / one).exists(), one
+        assert any(fnmatch(one, pattern) for pattern in sent), one
+
+
+ENTRY = re.compile(r"^([A-Za-z0-9._-]+)==(\S+)[^\n]*((?:\n    --hash=\S+(?: \\)?)+)", re.MULTILINE)
+
+
+def locked(path: Path) -> set[tuple[str, str, frozenset[str]]]:
+    """Name, version and hashes of every package of a lock file."""
+    entries = ENTRY.findall(path.read_text())
+    return {(canonicalize_name(n), v, frozenset(re.findall(r"sha256:\w+", hashes))) for n, v, hashes in entries}
+
+
+def required(name: str, extras: frozenset[str], known: set[tuple[str, frozenset[str]]]) -> None:
+    """Add what a package requires here, and what that requires, to the known packages with their extras."""
+    for one in map(Requirement, requires(name) or ()):
+        key = (canonicalize_name(one.name), frozenset(one.extras))
+        if key not in known and (not one.marker or any(one.marker.evaluate({"extra": e}) for e in {"", *extras})):
+            known.add(key)
+            required(*key, known)
+
+
+def test_the_image_has_what_runs_menshin_and_nothing_else() -> None:
+    """It has the tested versions of what the package and its extras for operation require."""
+    image, known = locked(DOCKER / "requirements.lock"), set[tuple[str, frozenset[str]]]()
+    assert image <= locked(ROOT / "requirements.lock")
+    required("menshin", OF_THE_IMAGE, known)
+    assert {name for name, _, _ in image} == {name for name, _ in known}
+
+
+@pytest.mark.parametrize("unit", ["menshin.service", "menshin@.service"])
+def test_systemd_accepts_the_units_and_finds_them_confined(unit: str, tmp_path: Path) -> None:
+    text = (DOCKER / "systemd" / unit).read_text("utf-8")
+    assert set(re.findall(r"^Environment=(MENSHIN_\w+)", text, re.MULTILINE)) <= VARIABLES
+    command = re.findall(r"^ExecStart=/opt/menshin/bin/menshin (.+)$", text, re.MULTILINE)
+    assert command == (["%i"] if "@" in unit else ["up"])
+    for part in re.findall(r"menshin@(\w+)", text):
+        assert part in COMMANDS
+    if SYSTEMD is None:
+        pytest.skip("systemd-analyze is not installed")
+    copy = tmp_path / unit.replace("@.", "@poll.")
+    copy.write_text(text.replace("/opt/menshin/bin/menshin", "/bin/true"))
+    verified = subprocess.run([SYSTEMD, "verify", copy], capture_output=True, text=True)
+    assert (verified.returncode, verified.stderr) == (0, "")
+    judged = subprocess.run(
+        [SYSTEMD, "security", "--offline=yes", "--threshold=20", copy], capture_output=True, text=True
+    )
+    assert judged.returncode == 0, judged.stdout[-2000:]  # exposure 1.6 of 10, measured
