@@ -1,6 +1,6 @@
 """Fits of a model to records, with covariances, and the weights of records that a model explains incompletely."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,26 +83,27 @@ def at_values(data: FitData, model: Isolator) -> Fit:
     return _result(point, search.linear, point.linear, outcome)
 
 
-def fitted(data: FitData, model: Isolator) -> Fit:
+def fitted(data: FitData, model: Isolator, zero: Collection[Key] = ()) -> Fit:
     """Fit of all parameters except those that a fit leaves alone.
 
     Args:
         data: the records.
         model: effects, and values to start from.
+        zero: parameters that the force is proportional to, and that are and stay 0.
     """
-    search = start_search(data, model)
+    search = start_search(data, model, zero)
     while search.outcome is None:
         search = step_search(data, search)
     return finish_search(data, search, search.outcome)
 
 
-def finite_fit(data: FitData, model: Isolator) -> Fit:
+def finite_fit(data: FitData, model: Isolator, zero: Collection[Key] = ()) -> Fit:
     """As `fitted`, with an error instead of a fit that diverged.
 
     Raises:
         ModelError: the model's force, or its derivatives, diverged.
     """
-    fit = fitted(data, model)
+    fit = fitted(data, model, zero)
     if fit.outcome is Outcome.DIVERGED:
         raise ModelError(
             f"{fit.outcome.value}, with {', '.join(model.effects)}: start from other values, or leave an effect out"
@@ -182,12 +183,13 @@ class WeightedFit:
     """Factor, at least 1, by which variances exceed those of the fit, since the residual is not white."""
 
 
-def weighted_fit(observations: Sequence[Observation], model: Isolator) -> WeightedFit:
+def weighted_fit(observations: Sequence[Observation], model: Isolator, zero: Collection[Key] = ()) -> WeightedFit:
     """Fit with the noise as weight, and again with the residual of that fit as weight.
 
     Args:
         observations: the records.
         model: effects, and values to start from.
+        zero: parameters that the force is proportional to, and that are and stay 0.
 
     Raises:
         RecordError: there are no observations.
@@ -196,9 +198,9 @@ def weighted_fit(observations: Sequence[Observation], model: Isolator) -> Weight
     if not observations:
         raise RecordError("no earthquake is left to fit to; add one that is not held out and has force and motion")
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
-    first = finite_fit(by_noise, model)
+    first = finite_fit(by_noise, model, zero)
     data = reweighted_data(by_noise, first)
-    fit = finite_fit(data, first.model)
+    fit = finite_fit(data, first.model, zero)
     data.memory.clear()
     return WeightedFit(fit, data, inflation(data, fit))
 

@@ -4,7 +4,7 @@ Variable projection (Golub and Pereyra 1973): the force is proportional to the o
 values follow from linear least squares within their bounds.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,9 +48,15 @@ class Point:
     """(linear, m) derivatives of the whitened force by the linear parameters."""
 
 
-def free_parameters(model: Isolator) -> FreeParameters:
-    """All parameters of the model's effects except those that a fit leaves alone."""
+def free_parameters(model: Isolator, zero: Collection[Key] = ()) -> FreeParameters:
+    """All parameters of the model's effects except those that a fit leaves alone.
+
+    Args:
+        model: effects and values.
+        zero: parameters that the force is proportional to, and that stay 0.
+    """
     keys = [(name, one.name) for name in model.effects for one in EFFECTS[name].parameters]
+    keys = [key for key in keys if key not in zero]
     free = [key for key in keys if key[1] not in EFFECTS[key[0]].held]
     linear = tuple(key for key in free if key[1] in EFFECTS[key[0]].linear)
     return FreeParameters(linear, tuple(key for key in free if key not in linear), groups(model.effects))

@@ -5,6 +5,7 @@ finds the others), with Kaufman's (1975) approximation of the projection's deriv
 integrated laws, exact to rounding.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -102,9 +103,15 @@ class Search:
         return 0.0 if self.outcome is not None else max(self.slope.predicted_gain, self.gained)
 
 
-def start_search(data: FitData, model: Isolator) -> Search:
-    """Search that starts from the model's values."""
-    search = free_parameters(model)
+def start_search(data: FitData, model: Isolator, zero: Collection[Key] = ()) -> Search:
+    """Search that starts from the model's values.
+
+    Args:
+        data: the records.
+        model: effects and values.
+        zero: parameters that the force is proportional to, and that stay 0.
+    """
+    search = free_parameters(model, zero)
     point = projected(data, search, values_of(model))
     slope = _slope(data, search, point)
     outcome = None if slope.free else Outcome.AT_BOUND

@@ -2,11 +2,14 @@
 
 In turns an effect is added only if it lowers the error on held-out earthquakes too, where there are any. If something
 unknown is missing, only such earthquakes can justify an effect: the nearest known one is then nearly always
-significant, and wrong.
+significant, and wrong. Each fitted earthquake is then left out in turn (core.workbench.cross_validation), and those
+held out only test the result.
 """
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
@@ -16,20 +19,25 @@ from core.effect import explained
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
-from core.fitting.fit import Fit
+from core.fitting.fit import Fit, weighted_fit
 from core.fitting.observation import Observation
-from core.model.isolator import Isolator
+from core.model.isolator import Isolator, parameter
 from core.rounding import plain
-from core.tables import report
+from core.tables import Table, report
+from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
+from core.workbench.cross_validation import Validated, can_validate, validated
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
 from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
 from core.workbench.fitting import deviations, fit_sentences, readable
+from core.workbench.out_of_range import BEYOND
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 
 ROUNDS = 3
 """Diagnoses at most. A choice."""
+BEFORE, IMPROVED = "before", "improved"
+"""Names of the model before and after all changes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,8 +159,12 @@ class ImprovementResult:
     ended: str
     """Reason for the end, in words."""
     versions: tuple[Version, ...]
-    """The model as given, refitted, then with each effect that was added."""
+    """The model as given, refitted, then with each effect that a diagnosis added, and after all changes by earthquakes
+    left out."""
     earthquakes: Earthquakes
+    left_out: tuple[Validated, ...] = ()
+    """The model before and after each change that predicts earthquakes better which were left out in turn; none where
+    diagnoses were enough."""
 
     @property
     def std(self) -> Deviations:
@@ -165,7 +177,11 @@ class ImprovementResult:
         return tuple(_improvement_sentences(self))
 
     def __str__(self) -> str:
-        tables = (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes))
+        tables = (
+            values_table(self.model, self.std),
+            *version_tables(self.versions, self.earthquakes),
+            *left_out_tables(self),
+        )
         title = f"Improvement of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
         return report(title, self.text, *tables)
 
@@ -179,6 +195,10 @@ def improve(
     progress: Progress = silent,
 ) -> ImprovementResult:
     """Diagnose a model and add the supported effects, by turns.
+
+    If something unknown is left and two or more earthquakes are fitted, each of these is left out in turn, and effects
+    are added as long as the earthquakes left out are predicted better; those added before that have lost their worth
+    are removed. No name is claimed for what they describe.
 
     Args:
         model: of the isolation layer.
@@ -207,7 +227,19 @@ def improve(
         if reason := _reason_to_end(result, count):
             ended = reason
             break
-    return ImprovementResult(model, tuple(rounds), now, fit, inflation, tuple(added), ended, tuple(versions), seen)
+    steps: tuple[Validated, ...] = ()
+    if rounds[-1].diagnosis.outcome is Outcome.UNKNOWN and not rounds[-1].faults and can_validate(seen):
+        offered = set(EFFECTS if effects is None else effects)
+        steps = tuple(validated(now, seen, model.effects, offered, progress))
+    if len(steps) > 1:
+        ended = "no further effect lowers the error in earthquakes left out in turn"
+        last = weighted_fit(seen.fitted, steps[-1].model, steps[-1].zero)
+        fit, inflation, now = last.fit, last.inflation, readable(last.fit.model)
+        versions.append(Version(IMPROVED, model_errors(now, seen)))
+        tried = [*added, *(step.change for step in steps[1:] if step.is_added)]
+        added = [name for name in tried if name in now.effects]
+    made = tuple(added)
+    return ImprovementResult(model, tuple(rounds), now, fit, inflation, made, ended, tuple(versions), seen, steps)
 
 
 def _confirmed(result: DiagnosisResult) -> int:
@@ -248,5 +280,53 @@ def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
     if not result.added:
         yield "No effect was added; the values were fitted."
     yield f"Improvement ended: {result.ended}."
+    yield from _left_out_sentences(result)
     yield from gain(result.versions[0], result.versions[-1], result.earthquakes)
     yield from fit_sentences(result.fit, result.inflation)
+
+
+def _left_out_sentences(result: ImprovementResult) -> Iterator[str]:
+    if len(result.left_out) < 2:
+        return
+    first, last = result.left_out[0], result.left_out[-1]
+    yield (
+        f"The error of the force in earthquakes left out in turn changes from {percent(first.error)} to "
+        f"{percent(last.error)}. These also decided which effects were added, so that the error in another earthquake "
+        "may be a little larger. The effects describe the layer; each may stand in for one that is not known."
+    )
+    for effect, name in sorted(last.zero):
+        meaning = parameter((effect, name)).meaning
+        yield f"{name} of {effect} ({meaning}) stays 0: no record makes it act, and beyond them it could be anything."
+    strongest = max(result.earthquakes.fitted, key=_peak)
+    reached = quantity(_peak(strongest), "m")
+    most = max(_peak(one) for one in result.earthquakes.fitted if one.name != strongest.name)
+    if _peak(strongest) > BEYOND["displacement"] * most:
+        yield (
+            f"The error of {percent(last.errors[strongest.name])} in {strongest.name} is that of a prediction beyond "
+            f"the range of the others: to {reached}, by earthquakes of up to {quantity(most, 'm')}."
+        )
+    yield f"Beyond {reached} the model's laws are extrapolated, and no record shows how far they are right."
+
+
+def _peak(one: Observation) -> float:
+    """m, largest displacement."""
+    return float(np.abs(one.layer.displacement).max())
+
+
+def left_out_tables(result: ImprovementResult) -> tuple[Table, ...]:
+    """Errors in the earthquakes left out in turn, a row for each change; none where none was left out."""
+    if not result.left_out:
+        return ()
+    names = result.earthquakes.fitted_names
+    rows = tuple(
+        (_changed(step), *(percent(step.errors[name]) for name in names), percent(step.error))
+        for step in result.left_out
+    )
+    note = "Root mean square in percent of the force, by the model fitted to the others. Last: root mean square of all."
+    return (Table("Error of the force in earthquakes left out in turn", ("change", *names, "all"), rows, note),)
+
+
+def _changed(step: Validated) -> str:
+    if not step.change:
+        return BEFORE
+    return f"with {step.change}" if step.is_added else f"without {step.change}"

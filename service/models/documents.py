@@ -32,6 +32,7 @@ from service.models.results import (
     FailureOut,
     FitDocument,
     ImprovementDocument,
+    LeftOut,
     MisfitOut,
     ModelValues,
     OutOfRangeOut,
@@ -183,6 +184,10 @@ def improvement(done: Work[ImprovementResult]) -> ImprovementDocument:
         versions=versions(result.versions, result.earthquakes),
         model=ModelValues.of(done.model),
         diagnoses=[diagnosis(work(one, done.given, done.model.parent or "")) for one in result.rounds],
+        left_out=[
+            LeftOut(effect=one.change or None, added=one.is_added, errors=dict(one.errors), error=one.error)
+            for one in result.left_out
+        ],
         explanation=" ".join(result.text),
     )
 

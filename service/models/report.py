@@ -6,7 +6,7 @@ from core.tables import Table
 from core.workbench.comparing import ComparisonResult, force_table, levels_of, outer_levels, prediction_table
 from core.workbench.diagnosing import BRIEF, DiagnosisResult, candidate_table
 from core.workbench.fitting import FitResult
-from core.workbench.improving import ExtensionResult, ImprovementResult
+from core.workbench.improving import ExtensionResult, ImprovementResult, left_out_tables
 from core.workbench.tables import values_of, version_tables
 from service.models import texts
 from service.models.model_file import ModelFile
@@ -101,6 +101,7 @@ def change(done: Work[ExtensionResult] | Work[ImprovementResult]) -> Document:
         (
             paragraph(result.text),
             *version_tables(result.versions, result.earthquakes),
+            *(left_out_tables(result) if isinstance(result, ImprovementResult) else ()),
             _brief_values(done.model),
             notes(_unused(result.earthquakes.unused)),
         ),

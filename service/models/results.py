@@ -369,6 +369,18 @@ class ExtensionDocument(Head):
     unused: list[str]
 
 
+class LeftOut(Result):
+    """A change of a model, and how well the model then predicts earthquakes that were left out in turn."""
+
+    effect: str | None = Field(description="Effect that was added or removed; null for the model before all changes.")
+    added: bool = Field(description="False if it was removed.")
+    errors: dict[str, float | None] = Field(
+        description="Error of the force over the force, both root mean square, by earthquake, by the model fitted to "
+        "the others."
+    )
+    error: float | None = Field(description="Root mean square of these.")
+
+
 class ImprovementDocument(Head):
     """A model that was diagnosed and extended by turns."""
 
@@ -376,6 +388,9 @@ class ImprovementDocument(Head):
     versions: list[VersionOut]
     model: ModelValues
     diagnoses: list[DiagnosisDocument]
+    left_out: list[LeftOut] = Field(
+        description="Changes by which earthquakes left out in turn are predicted better; empty where diagnoses did."
+    )
     explanation: str
 
 

@@ -255,6 +255,26 @@ def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: W
     assert through_json(as_json(documents.improvement(improved)))["taken"] == ["hardening"]
 
 
+def test_where_no_known_effect_explains_it_earthquakes_are_left_out_in_turn() -> None:
+    """The law is none of those offered: what describes it must predict, and the strongest earthquake is told apart."""
+    unknown = {"hysteresis_spectrum": {"F_s": 1e6}, "strain_softening": {}, "mullins": {}}
+    seen = observations(Isolator({**BOUC_WEN.effects, **unknown}), 0.01, 3, (0.05, 0.12, 0.06), 21.0)
+    offered = ("hardening", "recent_softening", "second_hysteresis")
+    found = improve(GIVEN, "given.toml", records_from_observations(seen, set()), silent, offered)
+    document = through_json(as_json(documents.improvement(found)))
+    first, *_, last = document["left_out"]
+    assert (first["effect"], last["effect"], last["added"]) == (None, document["taken"][-1], True)
+    assert set(last["errors"]) == {"event 0", "event 1", "event 2"}
+    assert last["error"] < 0.85 * first["error"]
+    assert [version.name for version in found.result.versions] == ["as given", "refitted", "improved"]
+    text = " ".join(found.result.text)
+    assert "in event 1 is that of a prediction beyond the range of the others: to 120 mm" in text
+    assert "Beyond 120 mm the model's laws are extrapolated" in text
+    console = Console(width=160, record=True, file=StringIO())
+    console.print(printed(report.change(found)))
+    assert "Error of the force in earthquakes left out in turn" in console.export_text()
+
+
 def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
     seen = records_from_observations(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
     found = add("hardening", GIVEN, "given.toml", seen, silent)

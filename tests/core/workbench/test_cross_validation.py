@@ -1,0 +1,52 @@
+"""Effects added because they predict earthquakes that were left out, against a law that is known."""
+
+import pytest
+from synthetic_observations import BOUC_WEN, observations
+
+from core.model.isolator import Isolator
+from core.workbench.cross_validation import Validated, can_validate, validated
+from core.workbench.earthquakes import Earthquakes, silent
+from core.workbench.fitting import fit
+
+HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 8e10, "k5": 0.0}})
+OFFERED = ("hardening", "friction", "stiffness_step")
+
+
+def seen(truth: Isolator = HARD) -> Earthquakes:
+    return Earthquakes.of(observations(truth, 0.02, seed=3, peaks=(0.05, 0.08, 0.06), seconds=21.0))
+
+
+@pytest.fixture(scope="module")
+def steps() -> list[Validated]:
+    """From a model with a useless friction."""
+    earthquakes = seen()
+    begun = fit(Isolator({**BOUC_WEN.effects, "friction": {}}), earthquakes).model
+    return list(validated(begun, earthquakes, BOUC_WEN.effects, OFFERED, silent))
+
+
+def test_the_right_effect_is_added_and_the_stand_in_removed(steps: list[Validated]) -> None:
+    """Beside hardening friction predicts nothing; a step in time is not tried, though it is offered."""
+    assert [(one.change, one.is_added) for one in steps] == [("", True), ("hardening", True), ("friction", False)]
+    assert set(steps[-1].model.effects) == set(HARD.effects)
+    assert steps[0].error > 2 * steps[1].error
+    assert steps[-1].error < 0.03
+    assert list(steps[-1].errors) == ["event 0", "event 1", "event 2"]
+
+
+def test_a_term_that_no_record_makes_act_stays_zero(steps: list[Validated]) -> None:
+    """The fifth power takes nothing from this law, and beyond the records it would be anything."""
+    assert steps[-1].zero == {("hardening", "k5")}
+    assert steps[-1].model.effects["hardening"]["k5"] == 0
+    assert steps[-1].model.effects["hardening"]["k3"] == pytest.approx(8e10, rel=0.1)
+
+
+def test_nothing_is_added_where_nothing_is_missing() -> None:
+    """Though friction takes a little where it is fitted."""
+    (only,) = validated(BOUC_WEN, seen(BOUC_WEN), BOUC_WEN.effects, OFFERED, silent)
+    assert (only.change, set(only.model.effects)) == ("", set(BOUC_WEN.effects))
+
+
+def test_one_earthquake_cannot_be_left_out() -> None:
+    earthquakes = seen()
+    assert can_validate(Earthquakes.of(earthquakes, earthquakes.fitted_names[:1]))
+    assert not can_validate(Earthquakes.of(earthquakes, earthquakes.fitted_names[:2]))
