@@ -5,6 +5,7 @@ import re
 from urllib.parse import urlsplit
 
 ALLOWED = "http://host/path and https://host/path are allowed"
+STREAMS_ALLOWED = "seedlink://host:18000 and seedlinks://host:18500 (encrypted) are allowed"
 ADDRESS = re.compile(r"[a-z][a-z0-9+.-]{0,19}://[^\s<>\"]+", re.IGNORECASE)
 CLOSING = ".,;:!?'`)]}…"
 """Punctuation that follows an address in a sentence."""
@@ -15,25 +16,35 @@ def web_address_problem(address: str) -> str | None:
 
     The message repeats nothing that may be a secret.
     """
+    problem = _problem(address, ("http", "https"))
+    return None if problem is None else f"this is not a web address: {problem}; {ALLOWED}"
+
+
+def stream_address_problem(address: str) -> str | None:
+    """The problem with the address of a SeedLink server, without anything that may be a secret; None if it is valid."""
+    problem = _problem(address, ("seedlink", "seedlinks"))
+    if problem is None and urlsplit(address).path not in ("", "/"):
+        problem = "it has a path"
+    return None if problem is None else f"this is not the address of a live stream: {problem}; {STREAMS_ALLOWED}"
+
+
+def _problem(address: str, schemes: tuple[str, str]) -> str | None:
     try:
         parts = urlsplit(address)
         host, port = parts.hostname, parts.port
     except ValueError as error:
-        reason = "its port is not a number from 1 to 65535" if "ort" in str(error) else "its host cannot be read"
-        return f"this is not a web address: {reason}; {ALLOWED}"
-    if parts.scheme not in ("http", "https"):
-        beginning = (
-            f"it begins with {parts.scheme + ':'!r}" if parts.scheme else "it does not begin with http:// or https://"
-        )
-        return f"this is not a web address: {beginning}; {ALLOWED}"
+        return "its port is not a number from 1 to 65535" if "ort" in str(error) else "its host cannot be read"
+    if parts.scheme not in schemes:
+        beginnings = " or ".join(f"{scheme}://" for scheme in schemes)
+        return f"it begins with {parts.scheme + ':'!r}" if parts.scheme else f"it does not begin with {beginnings}"
     if not host:
-        return f"this is not a web address: it names no host; {ALLOWED}"
+        return "it names no host"
     if not _is_host(host):
-        return f"this is not a web address: {host!r} is not the name of a host; {ALLOWED}"
+        return f"{host!r} is not the name of a host"
     if port == 0:
-        return f"this is not a web address: no server listens at port 0; {ALLOWED}"
+        return "no server listens at port 0"
     if not address.isprintable() or " " in address:
-        return f"this is not a web address: it contains a space or a control character; {ALLOWED}"
+        return "it contains a space or a control character"
     return None
 
 

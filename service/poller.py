@@ -29,6 +29,7 @@ from service.db.problems import Attempts
 from service.db.process_leases import POLLING, POLLING_LEASE, SHARING
 from service.records.source_poller import SourcePoller
 from service.records.source_schedule import SourceSchedule
+from service.records.streams.following import Streams
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -86,7 +87,8 @@ class Poller:
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; polls in progress end at their next step, or are abandoned while their server
         keeps them waiting."""
-        sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
+        streams = Streams(self.sessions, self.settings, self.holder, self.clock)
+        sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set, streams.follow)
         schedule = SourceSchedule(lambda code: self._poll(sources, code), self.settings.polling.interval)
         scheduler = BackgroundScheduler(
             executors={"default": ThreadPoolExecutor(1), "checks": ThreadPoolExecutor(1)},
@@ -98,9 +100,11 @@ class Poller:
             while not stop.is_set():
                 with self.attempts.one():
                     self._round(scheduler, sources, schedule, stop)
+                streams.keep_only(self.share)
                 stop.wait(min(ROUND, self.settings.polling.interval))
         finally:
             scheduler.shutdown(wait=True)
+            streams.end()
             if left := schedule.end():
                 log.warning("stopped before the sources of %s had answered; no data is lost", ", ".join(left))
             with self.attempts.one(), self.sessions.begin() as session:

@@ -35,9 +35,11 @@ from service.records.tables import (
     Event,
     EventRecording,
     FetchedFile,
+    Packet,
     RecordedChannel,
     Recording,
     SourceState,
+    StreamState,
     Waveform,
 )
 from service.verdict.tables import BuildingLevel
@@ -54,6 +56,8 @@ OF_BUILDING = (
     Revision,
     SourceState,
     FetchedFile,
+    Packet,
+    StreamState,
     Recording,
     RecordedChannel,
     Event,

@@ -33,7 +33,7 @@ class BuildingFileError(TomlError):
 class SourceFile:
     """The source of the building's records; docs/operate/building.md describes the keys."""
 
-    kind: Literal["folder", "fdsnws", "archive"]
+    kind: Literal["folder", "fdsnws", "archive", "seedlink"]
     location: str
     """An absolute path for a folder, else the address as written."""
     data: Literal["events", "continuous"]

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any, get_args
 
-from service.addresses import web_address_problem
+from service.addresses import stream_address_problem, web_address_problem
 from service.buildings.description_keys import BuildingTable
 from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_language, wrong_report, wrong_secret
 from service.formats.format_errors import FormatError
@@ -94,8 +94,17 @@ def _wrong_limits(document: Mapping[str, Any]) -> Iterator[Problem]:
 
 
 def _wrong_source(document: Mapping[str, Any]) -> Iterator[Problem]:
-    """A radius without a centre."""
+    """A radius without a centre; channels that no live stream has."""
     source = document.get("source")
+    if isinstance(source, dict) and source.get("kind") == "seedlink":
+        if source.get("data", "events") != "events":
+            yield ("source", "data"), "the trigger cuts the events out of every live stream; leave data out"
+        for index, channel in enumerate(_rows(document, "channel")):
+            if isinstance(name := channel.get("id"), str) and name.count(".") != 3:
+                yield (
+                    ("channel", index, "id"),
+                    f"{name!r} is not network, station, location and channel, as streams need",
+                )
     placed = "latitude" in document and "longitude" in document
     if isinstance(source, dict) and "maximum_radius" in source and not placed:
         yield ("source", "maximum_radius"), "needs a centre; give latitude and longitude at the top of the file"
@@ -110,6 +119,10 @@ def wrong_addresses(document: Mapping[str, Any]) -> Iterator[Problem]:
     for key in of_servers:
         if isinstance(address := source.get(key), str) and (problem := web_address_problem(address)):
             yield ("source", key), problem
+    address = source.get("location")
+    is_stream = source.get("kind") == "seedlink" and isinstance(address, str)
+    if is_stream and (problem := stream_address_problem(str(address))):
+        yield ("source", "location"), problem
 
 
 def _wrong_channels(document: Mapping[str, Any]) -> Iterator[Problem]:

@@ -167,8 +167,9 @@ class SpectrumTable(Table):
 class SourceTable(Table):
     """`[source]`: the building's monitoring server."""
 
-    kind: Literal["folder", "fdsnws", "archive"] = Field(
-        description="folder (of files), fdsnws (FDSN web services) or archive (HTTP listing of event files)"
+    kind: Literal["folder", "fdsnws", "archive", "seedlink"] = Field(
+        description="folder (of files), fdsnws (FDSN web services), archive (HTTP listing of event files) or seedlink "
+        "(live stream; see streams.md)"
     )
     location: Text = Field(description="a path, relative to the building file, or the server's address")
     data: Literal["events", "continuous"] = Field(

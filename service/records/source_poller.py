@@ -50,6 +50,8 @@ class SourcePoller:
     """Waits so many seconds between two attempts; True if no other attempt may follow."""
     stopped: Callable[[], bool] = lambda: False
     """Called between two steps: True ends the poll, and the next one continues there."""
+    follow: Callable[[Building, BuildingFile, SourceFile], None] = lambda building, described, source: None
+    """Called where the source is a live stream, which brings its packets by itself."""
 
     def poll_all(self) -> None:
         """Poll every building's source once."""
@@ -79,6 +81,9 @@ class SourcePoller:
                 read_again_with_this_version(session, building)
         self._read(building)  # files stored by an interrupted poll, or readable with a new description
         if described.source is None:
+            return True
+        if described.source.kind == "seedlink":
+            self.follow(building, described, described.source)
             return True
         self._remember(building, attempted_at=self.clock())
         server = ServerClock(self.clock)
@@ -133,7 +138,7 @@ class SourcePoller:
             for arrival in step.arrivals:
                 self._store(session, building, arrival)
             remember(session, building, step.files)
-            state = _state(session, building)
+            state = source_state(session, building)
             state.cursor, state.looked_at = dict(step.cursor), self.clock()
         if step.arrivals:
             self._read(building)
@@ -181,7 +186,7 @@ class SourcePoller:
 
     def _failed(self, building: Building, error: str) -> None:
         with self.sessions.begin() as session:
-            state = _state(session, building)
+            state = source_state(session, building)
             if state.failing_since is None:
                 log.warning("the source of %s begins to fail: %s", building.code, error)
                 state.failing_since = self.clock()
@@ -189,7 +194,7 @@ class SourcePoller:
 
     def _succeeded(self, building: Building, server: ServerClock) -> None:
         with self.sessions.begin() as session:
-            state = _state(session, building)
+            state = source_state(session, building)
             if state.failing_since is not None:
                 log.warning("the source of %s has recovered", building.code)
             state.succeeded_at = state.looked_at = self.clock()
@@ -198,10 +203,11 @@ class SourcePoller:
 
     def _remember(self, building: Building, attempted_at: datetime) -> None:
         with self.sessions.begin() as session:
-            _state(session, building).attempted_at = attempted_at
+            source_state(session, building).attempted_at = attempted_at
 
 
-def _state(session: Session, building: Building) -> SourceState:
+def source_state(session: Session, building: Building) -> SourceState:
+    """The state of a building's source, a new one at first."""
     state = session.get(SourceState, building.id)
     if state is None:
         state = SourceState(building_id=building.id, cursor={})

@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint, text
+from sqlalchemy import BigInteger, ForeignKey, Index, Integer, LargeBinary, Text, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.buildings.tables import Building
@@ -52,6 +52,59 @@ class FetchedFile(Base):
     """Version that the server must still have for the beginning to be usable."""
     beginning: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     """Beginning of a body that broke off."""
+
+
+class Packet(Base):
+    """A packet of a building's live stream, kept for `stream.keep` seconds."""
+
+    __tablename__ = "packet"
+    __table_args__ = (UniqueConstraint("building_id", "sha256"), Index(None, "building_id", "end"))
+    id: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True)
+    """Rises in the order in which the packets came."""
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
+    station: Mapped[str]
+    """Network and station, as the server names it: XX_TOWER."""
+    sequence: Mapped[int | None] = mapped_column(BigInteger)
+    """The server's number of the packet; None where it gave none."""
+    channel: Mapped[str]
+    """Empty where the header cannot be read."""
+    start: Mapped[datetime]
+    """Time of its first sample; of its arrival where the header cannot be read."""
+    end: Mapped[datetime]
+    received_at: Mapped[datetime]
+    reason: Mapped[str | None] = mapped_column(Text)
+    """Why it cannot be used."""
+    sha256: Mapped[str]
+    data: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+
+
+class StreamState(Base):
+    """State of a building's live stream; the position in it is the cursor of `source_state`."""
+
+    __tablename__ = "stream_state"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    protocol: Mapped[str | None]
+    """Version of SeedLink that the server speaks: 3 or 4."""
+    connected_since: Mapped[datetime | None]
+    """None while there is no connection."""
+    received_at: Mapped[datetime | None]
+    """Time of the last packet's arrival."""
+    packets: Mapped[int] = mapped_column(BigInteger)
+    """Number that came, without doubles."""
+    doubles: Mapped[int] = mapped_column(BigInteger)
+    """Number that came again."""
+    refused: Mapped[int] = mapped_column(BigInteger)
+    """Number that could not be used."""
+    problem: Mapped[str | None] = mapped_column(Text)
+    """Why the last of these could not."""
+    channels: Mapped[dict[str, Any]]
+    """Of each channel, by id: `reached`, `latency`, `gaps` and `missing`, as service.records.streams.flow writes it."""
+    looked: Mapped[int] = mapped_column(BigInteger)
+    """Id of the last packet that the trigger has seen."""
+    shaking: Mapped[list[dict[str, Any]]]
+    """Earthquakes that are not over: `start` and `end` as far as known."""
+    cuts: Mapped[list[dict[str, Any]]]
+    """Earthquakes that were cut out, as service.records.streams.earthquakes writes them."""
 
 
 class Content(Base):

@@ -44,6 +44,7 @@ from service.settings.groups import (
     Retention,
     Seconds,
     Smtp,
+    Stream,
     Trigger,
 )
 from service.settings.names import OLD_NAMES, PREFIX, grouped, variable
@@ -101,6 +102,7 @@ class Settings(BaseSettings):
     parser: Parser = Parser()
     event: Event = Event()
     trigger: Trigger = Trigger()
+    stream: Stream = Stream()
     jobs: Jobs = Field(default_factory=Jobs)
     analysis: Analysis = Analysis()
     data_health: DataHealth = DataHealth()

@@ -158,6 +158,26 @@ class Trigger(Group):
         return self
 
 
+class Stream(Group):
+    """Live streams."""
+
+    keep: Annotated[float, Field(ge=600)] = Field(
+        default=86_400.0, description="s for which the packets of a live stream are kept"
+    )
+    after: Seconds = Field(
+        default=20.0, description="s kept after the shaking in a live stream, where trigger.after serves files"
+    )
+    silence: Annotated[float, Field(ge=1)] = Field(
+        default=120.0,
+        description="s without a packet after which a live stream counts as failing and is connected anew",
+    )
+    patience: Seconds = Field(
+        default=15.0,
+        description="s without news of a channel after which an earthquake is cut out of a live stream without it; "
+        "what comes later is added",
+    )
+
+
 class Jobs(Group):
     """Execution of jobs."""
 

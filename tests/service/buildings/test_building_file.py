@@ -178,7 +178,7 @@ WRONG = {
         '"folder"',
         '"ftp"',
         "kind",
-        "source.kind: input should be 'folder', 'fdsnws' or 'archive', got 'ftp'",
+        "source.kind: input should be 'folder', 'fdsnws', 'archive' or 'seedlink', got 'ftp'",
     ),
     "two bases": (
         'name = "2F"',

@@ -1,0 +1,60 @@
+"""The ring buffer: a stream's packets in the database, as they came, for as long as the settings say."""
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import delete, select
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.orm import Session
+
+from service.buildings.tables import Building
+from service.records.recordings import storable
+from service.records.streams.packets import Packet
+from service.records.tables import Packet as Kept
+
+LARGEST_SEQUENCE = 2**63 - 1
+"""The database's largest integer; SeedLink 4 means "unknown" by the largest ones."""
+
+
+def keep(session: Session, building: Building, packets: Sequence[Packet], now: datetime) -> frozenset[str]:
+    """Keep the packets that the building does not have yet; returns the digests of these."""
+    if not packets:
+        return frozenset()
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    rows = [_row(building, packet, now) for packet in packets]
+    insert = dialect.insert(Kept).on_conflict_do_nothing().returning(Kept.sha256)
+    return frozenset(session.scalars(insert, rows))
+
+
+def _row(building: Building, packet: Packet, now: datetime) -> dict[str, Any]:
+    number = packet.sequence
+    return {
+        "building_id": building.id,
+        "station": storable(packet.station),
+        "sequence": number if number is not None and number <= LARGEST_SEQUENCE else None,
+        "channel": storable(packet.channel),
+        "start": packet.start,
+        "end": packet.end,
+        "received_at": now,
+        "reason": None if packet.reason is None else storable(packet.reason),
+        "sha256": packet.digest,
+        "data": packet.data,
+    }
+
+
+def since(session: Session, building_id: int, number: int) -> Sequence[Kept]:
+    """The usable packets after one of this id, in the order in which they came, without their bytes."""
+    later = (Kept.building_id == building_id, Kept.id > number, Kept.reason.is_(None))
+    return session.scalars(select(Kept).where(*later).order_by(Kept.id)).all()
+
+
+def between(session: Session, building_id: int, start: datetime, end: datetime) -> bytes:
+    """The bytes of the usable packets that reach into a span of time, by channel and time."""
+    within = (Kept.building_id == building_id, Kept.end >= start, Kept.start <= end, Kept.reason.is_(None))
+    return b"".join(session.scalars(select(Kept.data).where(*within).order_by(Kept.channel, Kept.start, Kept.id)))
+
+
+def trim(session: Session, building_id: int, before: datetime) -> None:
+    """Remove the packets that came before a time."""
+    session.execute(delete(Kept).where(Kept.building_id == building_id, Kept.received_at < before))
