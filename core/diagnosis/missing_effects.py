@@ -14,16 +14,19 @@ from typing import Protocol
 
 import numpy as np
 
+from core.diagnosis.held_lengths import with_best_lengths
 from core.diagnosis.joint_effects import Joint, best_pair
 from core.diagnosis.plausibility import objection
-from core.diagnosis.ranking import DECISIVE, Dropped, Ranking, ScoredCandidate, ranked
+from core.diagnosis.ranking import DECISIVE, Dropped, Ranking, ScoredCandidate, delta_bic, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
 from core.diagnosis.worth import Judge, NoiseRatios, Worth, excess, worth
+from core.effect import RESULTS
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, chi_square, error, weighted_fit
+from core.fitting.fit import Fit, chi_square, error, fitted, weighted_fit
 from core.fitting.observation import Observation
+from core.fitting.search import Outcome as SearchOutcome
 from core.model.isolator import Isolator
 
 PAIR = 2
@@ -58,6 +61,8 @@ FEW_RATIOS = 3.0
 NEARLY = 0.9
 """and share of the excess error from which on that law is at least of the same kind. Where a law leaves something, all
 that take this share may be meant. Both were chosen on 35 trials of benchmarks.diagnosis with seed 0."""
+HOPEFUL = 0.5
+"""Share of the excess error from which on the search for such an effect goes on to its end. A choice, for its time."""
 
 
 class Rank(Protocol):
@@ -197,13 +202,15 @@ def diagnosed(
         steps, last = _added(*_swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
     judge = Judge.of(observations, held_out)
     steps, idle, last = _earning(by_noise, judge, steps, last, rank)
-    if idle and len(steps) == 1 and (best := _step(first)) and best.chosen.effect != steps[0].chosen.effect:
-        # one law of another form had looked like two, neither of them the nearest
+    best = _step(first)
+    is_one_law = best is not None and _looked_like_two(best, steps, idle)
+    if best is not None and is_one_law:
+        others = [one for one in (*steps, *idle) if one.chosen.effect != best.chosen.effect]
         steps, more, last = _earning(by_noise, judge, [best], rank(best.chosen.fit.model), rank)
-        idle = [one for one in (*more, *idle) if one.chosen.effect != best.chosen.effect]
+        idle = [*more, *others]
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
-    if len(steps) == 1 and left.is_there:
+    if len(steps) == 1 and (left.is_there or is_one_law):
         steps = [_with_near(steps[0])]
     after = judge.noise_ratios(last.base.model)
     outcome = _outcome(steps, before, left, after.held_out or 0.0, is_supported=bool(first.supported))
@@ -235,12 +242,19 @@ def _may_be_stand_ins(steps: Sequence[Step], first: Ranking, last: Ranking) -> b
 def _added(
     steps: Sequence[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None]
 ) -> tuple[list[Step], Ranking]:
-    """The steps and further ones, until the records support no more; and the last ranking."""
+    """The steps and further ones, until the records support no more; and the last ranking.
+
+    Before another effect is added, the held lengths of those that are there are searched.
+    """
     steps = list(steps)
     while (more := _more(steps, last)) is not None:
         steps.append(more)
         report_step(f"{_named(steps)}; searching for another effect")
         last = rank(more.chosen.fit.model)
+        better = with_best_lengths(last, [one.chosen.effect for one in steps])
+        if better is not None:
+            steps[-1] = replace(more, chosen=_from(more.ranking, more.chosen, better))
+            last = rank(better)
     return steps, last
 
 
@@ -352,6 +366,28 @@ def _earning(
     return steps, idle, last
 
 
+def _looked_like_two(best: Step, steps: Sequence[Step], idle: Sequence[Step]) -> bool:
+    """True if one law of another form than the library's looked like two.
+
+    Of two steps, one earned no name and the other is not the nearest law; or both are forces of one family, and the
+    nearest law takes nearly all by itself.
+    """
+    if len(steps) == 1:
+        return bool(idle) and best.chosen.effect != steps[0].chosen.effect
+    left, before = _excess(best.ranking, best.chosen.fit), _excess(best.ranking, best.ranking.base)
+    return _are_of_one_kind(steps) and left < (1 - NEARLY) * before
+
+
+def _are_of_one_kind(steps: Sequence[Step]) -> bool:
+    """True if several steps are forces of one family, such as two viscous ones."""
+    effects = [EFFECTS[step.chosen.effect] for step in steps]
+    return len(steps) > 1 and {(one.family, one.acts_on) for one in effects} == {(effects[0].family, RESULTS[0])}
+
+
+def _excess(ranking: Ranking, fit: Fit) -> float:
+    return excess(ranking.noise_ratio(fit))
+
+
 def _earns(step: Step, needed: float) -> bool:
     """True if an effect lowers the force's error, and takes enough of the excess."""
     return needed > 1 / LOWERS and step.worth is not None and step.worth.earns_a_name
@@ -375,18 +411,41 @@ def _is_off(ranking: Ranking, fit: Fit, given: Isolator) -> bool:
 
 
 def _with_near(step: Step) -> Step:
-    """The step with all plausible effects that take nearly all of the excess error, since no law is quite right."""
-    before = excess(step.ranking.noise_ratio(step.ranking.base))
+    """The step with all effects that take nearly all of the excess error and are possible, since no law is quite right:
+    at the end of its range a value then makes an effect no less likely.
+
+    The search for an effect that was far behind the best had been stopped; here it goes on.
+    """
+    ranking, known = step.ranking, {one.effect for one in step.alike}
+    before = _excess(ranking, ranking.base)
     near = [
-        one
-        for one in step.ranking.candidates
-        if one not in step.alike
+        found
+        for one in ranking.candidates
+        if one.effect not in known
         and one.delta_bic < -DECISIVE
-        and excess(step.ranking.noise_ratio(one.fit)) < (1 - NEARLY) * before
-        and objection(one.effect, one.fit, step.ranking.data.observations) is None
+        and _excess(ranking, one.fit) < (1 - HOPEFUL) * before
+        and _excess(ranking, (found := _searched(ranking, one)).fit) < (1 - NEARLY) * before
+        and not _is_impossible(found, ranking)
     ]
     needed = without_needless((*step.alike, *near))
     return replace(step, alike=(*step.alike, *(one for one in near if one in needed)))
+
+
+def _is_impossible(one: ScoredCandidate, ranking: Ranking) -> bool:
+    against = objection(one.effect, one.fit, ranking.data.observations)
+    return against is not None and against.is_impossible
+
+
+def _searched(ranking: Ranking, one: ScoredCandidate) -> ScoredCandidate:
+    """The candidate where its search ends."""
+    better = _from(ranking, one, one.fit.model) if one.fit.outcome is SearchOutcome.STOPPED else one
+    return better if better.fit.chi_square <= one.fit.chi_square else one
+
+
+def _from(ranking: Ranking, one: ScoredCandidate, model: Isolator) -> ScoredCandidate:
+    """The candidate searched from the values of a model."""
+    fit = fitted(ranking.data, model)
+    return replace(one, fit=fit, delta_bic=delta_bic(ranking.data, ranking.base, fit, ranking.inflation))
 
 
 def _outcome(
@@ -412,7 +471,7 @@ def _outcome(
     if is_another_law and (left.excess > (1 - NEARLY) * before.excess or (len(steps) > 1 and len(every) > 1)):
         return Outcome.UNKNOWN
     if all(len(one) == 1 for one in sets):
-        # one law of another form may look like two of its family, but then leaves something
-        is_one_law = left.is_there and len(every) < len(steps)
+        # one law of another form may look like two of its family
+        is_one_law = _are_of_one_kind(steps) or (left.is_there and len(every) < len(steps))
         return Outcome.FAMILY if is_one_law or is_another_law else Outcome.EFFECT
     return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET

@@ -72,6 +72,46 @@ def test_two_hidden_effects_are_both_named() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("effect", "values", "held"),
+    [
+        ("recent_softening", {"a": 0.25, "u_r": 1.2e-2, "u_0": 0.1}, "u_r"),
+        ("hysteresis_spectrum", {"F_s": 3e6, "s": 0.6, "D": 2.5e-3}, "D"),
+    ],
+)
+def test_a_length_that_a_fit_holds_is_searched_before_a_second_effect(
+    effect: str, values: dict[str, float], held: str
+) -> None:
+    """At its usual value, a third to two and a half times of the true one, the law leaves more than noise."""
+    diagnosis = diagnosed(
+        observations(Isolator({**BOUC_WEN.effects, effect: values}), 0.01, 7), BOUC_WEN, (effect, "breakaway")
+    )
+    assert [step.chosen.effect for step in diagnosis.steps] == [effect]
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+    assert diagnosis.after.model.effects[effect][held] == pytest.approx(values[held], rel=0.05)
+    assert diagnosis.steps[0].chosen.fit.model.effects[effect][held] == diagnosis.after.model.effects[effect][held]
+
+
+def test_a_length_that_the_records_do_not_show_stays_as_it_is() -> None:
+    """The displacement at which stiffnesses are given: with another one, the stiffnesses are others."""
+    truth = Isolator({**BOUC_WEN.effects, "recent_softening": {"a": 0.25, "u_r": 4e-3, "u_0": 0.05}})
+    diagnosis = diagnosed(observations(truth, 0.01, 7), BOUC_WEN, ("recent_softening",))
+    assert diagnosis.after.model.effects["recent_softening"]["u_0"] == 0.1
+    assert diagnosis.after.model.effects["recent_softening"]["u_r"] == 4e-3
+
+
+def test_one_law_of_another_form_is_not_two_of_a_family() -> None:
+    """Friction that grows smoothly with the speed: a damper with relief takes nearly all, another one the rest."""
+    seen = tuple(
+        replace(one, layer=replace(one.layer, force=one.layer.force + 2e6 * np.tanh(one.layer.velocity / 0.05)))
+        for one in observations(BOUC_WEN, 0.01, 7)
+    )
+    diagnosis = diagnosed(seen, BOUC_WEN, ("relief", "braced_relief", "power_viscous", "friction"))
+    (step,) = diagnosis.steps
+    assert {"relief", "friction"} <= {one.effect for one in step.alike}
+    assert diagnosis.outcome is Outcome.ONE_OF_SET
+
+
 def test_an_effect_whose_values_lie_in_a_local_minimum_is_fitted_again() -> None:
     """The strong earthquake hides the date of a stiffness loss before it, until hardening has been added."""
     hidden = {
