@@ -2,7 +2,7 @@
 
 import getpass
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from service.cli.database import transaction
-from service.cli.inputs import current_settings, read_text
+from service.cli.inputs import REFUSED, current_settings, end, read_text, write_text
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -119,6 +119,64 @@ def inspect(
         inspections.record(session, building, by, Result(result), comment.strip(), made_at, age, now)
         session.flush()
         Console().print(f"{code}: {texts.inspected(reading.of_building(session, building))}", markup=False)
+
+
+@app.command()
+def draft(
+    station: Annotated[str, typer.Argument(help="StationXML file, or address of an FDSN server.")],
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--station", help="Code of a station in the building, or NETWORK.STATION; may be repeated."),
+    ] = None,
+    network: Annotated[str, typer.Option(help="Code of the network, for a server.")] = "*",
+    code: Annotated[str | None, typer.Option(help="Code of the building; default: the first station's.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; default: print it.")] = None,
+) -> None:
+    """Write a draft of a building file from StationXML or an FDSN server, with what is missing marked."""
+    from service.addresses import without_credentials
+    from service.buildings.draft import draft as drafted
+    from service.buildings.station_metadata import StationError, stations
+    from service.records.sources.source import SourceError
+
+    is_server = station.startswith(("http://", "https://"))
+    try:
+        data = _of_server(station, network, only or ()) if is_server else Path(station).read_bytes()
+        found = stations(without_credentials(station), data, only or (), datetime.now(UTC))
+    except (StationError, SourceError) as error:
+        end(str(error), REFUSED)
+    location = without_credentials(station).split("/fdsnws")[0] if is_server else None
+    text = drafted(found, code or found.names[0].partition(".")[2], location)
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_text(text, output)
+        typer.echo(f"{output}: fill in what is marked, then `menshin building add {output}`", err=True)
+
+
+def _of_server(address: str, network: str, stations: Sequence[str]) -> bytes:
+    """StationXML from a server; an address with a query is requested as it is."""
+    from time import monotonic, sleep
+
+    from service.records.sources.opening import login, without_login
+    from service.records.sources.retried_requests import Manners, client
+    from service.records.sources.source import SourceError
+
+    settings = current_settings()
+    manners = Manners(sleep, settings.polling.retries, monotonic() + settings.polling.timeout)
+    named = ",".join(one.rpartition(".")[2] for one in stations) or "*"
+    parameters = {"network": network, "station": named, "level": "channel"}
+    is_query = "/fdsnws/station/1/query?" in address
+    query = address if is_query else f"{address.split('/fdsnws')[0].rstrip('/')}/fdsnws/station/1/query"
+    if not is_query and (network, named) == ("*", "*"):
+        raise SourceError("name the station in the building with --station: a server may have thousands")
+    made = client(settings, manners, logins=dict(filter(None, [login(address)])))
+    try:
+        answer = made.get(without_login(query), None if is_query else parameters)
+    finally:
+        made.http.close()
+    if answer.is_empty:
+        raise SourceError(f"{address} has no station {named} of network {network}; correct --station and --network")
+    return answer.body
 
 
 def _warn(session: "Session", building: "Building") -> None:

@@ -37,7 +37,7 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
     remarks: dict[str, str] = {}
     for channel_id, channel in _channels(inventory):
         try:
-            gain = _gain(channel)
+            gain = channel_gain(channel)
         except FormatError as error:
             remarks[channel_id] = f"{channel_id}: {error}"
             continue
@@ -59,7 +59,12 @@ def _channels(inventory: "obspy.Inventory") -> Iterator[tuple[str, "Channel"]]:
                 yield f"{network.code}.{station.code}.{channel.location_code}.{channel.code}", channel
 
 
-def _gain(channel: "Channel") -> Gain:
+def channel_gain(channel: "Channel") -> Gain:
+    """The gain of a channel.
+
+    Raises:
+        FormatError: it has no sensitivity, or an unknown unit.
+    """
     sensitivity = channel.response.instrument_sensitivity if channel.response is not None else None
     if sensitivity is None or not sensitivity.value:
         raise FormatError("no instrument sensitivity; give InstrumentSensitivity with Value and InputUnits")

@@ -31,7 +31,7 @@ WITH_DATABASE = {
 }
 """Commands that use the database of the settings, with what each takes."""
 WITHOUT = {  # `doctor` never fails because of a database: what is wrong is what it prints
-    *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key", "doctor"),
+    *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key", "doctor", "building draft"),
     *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve", "model forecast"),
     "model sketch",
 }

@@ -38,11 +38,11 @@ def opened(
     for key, address in (("location", source.location), ("catalogue", source.catalogue)):
         if address is not None and (problem := web_address_problem(address)):
             raise SourceError(f"{key} in the building file: {problem}")
-    logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
+    logins = dict(filter(None, (login(address) for address in (source.location, source.catalogue) if address)))
     http_client = client(settings, manners, note, logins)
     try:
         if source.kind == "archive":
-            yield Archive(_without_login(source.location), http_client, memory)
+            yield Archive(without_login(source.location), http_client, memory)
         else:
             yield _fdsnws(building, source, http_client)
     finally:
@@ -75,16 +75,17 @@ def _catalogue(building: BuildingFile, source: SourceFile, http_client: Client) 
 
 
 def _server(location: str) -> str:
-    return _without_login(location).split("/fdsnws")[0].rstrip("/")
+    return without_login(location).split("/fdsnws")[0].rstrip("/")
 
 
-def _login(address: str) -> tuple[httpx.URL, httpx.BasicAuth] | None:
+def login(address: str) -> tuple[httpx.URL, httpx.BasicAuth] | None:
     """The name and password in an address, with the origin they belong to."""
     url = _parsed(address)
     return (origin(url), httpx.BasicAuth(url.username, url.password)) if url.userinfo else None
 
 
-def _without_login(address: str) -> str:
+def without_login(address: str) -> str:
+    """The address without name and password."""
     url = _parsed(address)
     return str(url.copy_with(username=None, password=None)) if url.userinfo else address
 
