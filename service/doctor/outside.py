@@ -28,6 +28,7 @@ from service.notify.channels import mail
 from service.notify.tables import Delivery, Receiver
 from service.records.sources.problems import REFUSED, refusal, unreachable
 from service.records.sources.retried_requests import ServerClock, tls_context
+from service.records.streams.seedlink import PORTS
 from service.records.tables import READ, Recording, SourceState
 from service.settings import Settings
 
@@ -170,7 +171,7 @@ def _answer(source: SourceFile, timeout: float) -> Answered:
         return _folder(source.location)
     parts = urlsplit(source.location)
     if parts.scheme not in ("http", "https"):
-        return _connection(parts.hostname or "", parts.port, timeout)
+        return _connection(parts.hostname or "", parts.port or PORTS.get(parts.scheme), timeout)
     address = source.location
     if source.kind == "fdsnws":
         address = f"{source.location.split('/fdsnws')[0].rstrip('/')}/fdsnws/dataselect/1/version"

@@ -158,6 +158,17 @@ def test_nothing_hangs_and_no_record_is_missed(
 
 
 @pytest.mark.sqlite
+def test_a_live_stream_is_asked_for_a_connection(
+    sessions: sessionmaker[Session], database_url: str, tmp_path: Path
+) -> None:
+    with answering(b"") as port:
+        source = building_file("seedlink", f"seedlink://127.0.0.1:{port}", 'data = "continuous"')
+        watch(sessions, tmp_path, source)
+        assert "sources" not in bad(examination(database_url))
+    assert "no server listens at this port" in bad(examination(database_url))["sources"]
+
+
+@pytest.mark.sqlite
 def test_keys_that_end_soon_and_that_ended(sessions: sessionmaker[Session], database_url: str) -> None:
     now = datetime.now(UTC)
     with sessions.begin() as session:
