@@ -192,6 +192,7 @@ def _restored(
         velocity_std=np.hypot(slow * better.std, motion.velocity_std),
         band=(LOWEST, rate / 2),
         residual=None,
+        is_restored=True,
     ), (Finding("displacement", "note", message, None, corner),)
 
 

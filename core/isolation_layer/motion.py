@@ -49,6 +49,8 @@ class MeasuredMotion(Motion):
     noise_std: tuple[Vector, Vector] | None = None
     """(n,) m and m/s, standard deviations for fitting models: without the slow motion that an integral misses, and
     without the uncertainty of a position at rest that noise hides. None: `displacement_std` and `velocity_std`."""
+    is_restored: bool = False
+    """True if slow motion was restored to it that a high-pass had removed."""
 
     @property
     def fitting_std(self) -> tuple[Vector, Vector]:

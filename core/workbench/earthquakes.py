@@ -106,6 +106,12 @@ class Earthquakes:
         }
         return {group: members for group, members in parted.items() if members}
 
+    @property
+    def motion_is_restored(self) -> bool:
+        """True if slow motion was restored to a displacement that was integrated from accelerations."""
+        motions = [one.motion for analysis in self.analyses for one in analysis.directions.values()]
+        return any(motion is not None and motion.is_restored for motion in motions)
+
     def superstructure(self, direction: Direction) -> KnownSuperstructure | str:
         """The superstructure in one direction, or the reason why it is not known."""
         if self.description is None:

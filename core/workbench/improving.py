@@ -274,6 +274,7 @@ def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
 
 
 def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
+    yield from _motion_sentences(result.earthquakes)
     for effect in result.added:
         about = EFFECTS[effect]
         yield f"Added: {about.title} ({effect}). {explained(about, result.model.effects[effect])}"
@@ -283,6 +284,18 @@ def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
     yield from _left_out_sentences(result)
     yield from gain(result.versions[0], result.versions[-1], result.earthquakes)
     yield from fit_sentences(result.fit, result.inflation)
+
+
+def _motion_sentences(earthquakes: Earthquakes) -> Iterator[str]:
+    """Notes on a displacement that was not measured, each once."""
+    notes = [
+        finding.message
+        for analysis in earthquakes.analyses
+        for finding in analysis.quality
+        if (finding.kind, finding.severity) == ("displacement", "note")
+    ]
+    for note in dict.fromkeys(notes):
+        yield f"{note[0].upper()}{note[1:]}."
 
 
 def _left_out_sentences(result: ImprovementResult) -> Iterator[str]:

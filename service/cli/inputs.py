@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from core.description import BuildingDescription
+    from core.isolation_layer.motion import Integral
     from core.workbench.earthquakes import Earthquakes
     from service.buildings.description import BuildingFile
     from service.jobs.kept import Kept
@@ -109,7 +110,13 @@ def levels_by_name(sensors: str, description: "BuildingDescription") -> tuple[st
 
 
 def read_records(
-    model: Path, files: list[Path], building: Path, report_step: "ReportStep", held_out: Sequence[Path] = ()
+    model: Path,
+    files: list[Path],
+    building: Path,
+    report_step: "ReportStep",
+    held_out: Sequence[Path] = (),
+    integral: "Integral | None" = None,
+    usual: "Integral | None" = None,
 ) -> tuple["ModelFile", "Earthquakes"]:
     """A model and the records for it; some or all of the records may be unusable.
 
@@ -119,6 +126,9 @@ def read_records(
         building: building file.
         report_step: called with the progress.
         held_out: records of earthquakes that nothing is fitted to.
+        integral: motion from a displacement channel that was integrated from accelerations; None: as the model file
+            says, else `usual`.
+        usual: the same where neither says it; None: the setting.
     """
     from core.analysis import AnalysisSettings
     from service.models.model_file import ModelFileError, read as read_model
@@ -133,7 +143,8 @@ def read_records(
     if read.building != (code := described.description.code):
         message = f"{model} is of building {read.building!r}, {building} describes {code!r}"
         raise typer.BadParameter(message, param_hint="MODEL")
-    settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band, integral=own.integral)
+    way = integral or read.integral or usual or own.integral
+    settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band, integral=way)
     kept = kept_analyses()
     with refusals():
         reading = Reading(read.directions, read.reference, settings, description_digest(building), kept)
@@ -164,10 +175,16 @@ def say_kept(kept: "Kept") -> None:
 
 
 def read_usable_records(
-    model: Path, files: list[Path], building: Path, report_step: "ReportStep", held_out: Sequence[Path] = ()
+    model: Path,
+    files: list[Path],
+    building: Path,
+    report_step: "ReportStep",
+    held_out: Sequence[Path] = (),
+    integral: "Integral | None" = None,
+    usual: "Integral | None" = None,
 ) -> tuple["ModelFile", "Earthquakes"]:
     """The same; the command ends with the reasons if no record is usable."""
-    read, records = read_records(model, files, building, report_step, held_out)
+    read, records = read_records(model, files, building, report_step, held_out, integral, usual)
     if not records.observations:
         end_without_records(records)
     return read, records

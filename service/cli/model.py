@@ -21,6 +21,7 @@ from service.cli.inputs import (
 )
 
 if TYPE_CHECKING:
+    from core.isolation_layer.motion import Integral
     from core.workbench.earthquakes import Earthquakes
     from service.jobs.stages import ReportStep
     from service.models.model_file import ModelFile
@@ -58,6 +59,13 @@ HoldOut = Annotated[
         help="A record of an earthquake that is not fitted but validates the result; may be repeated.",
     ),
 ]
+
+
+class Motion(StrEnum):
+    """What a displacement channel that was integrated from accelerations gives."""
+
+    recorded = "recorded"
+    restored = "restored"
 
 
 class Direction(StrEnum):
@@ -338,6 +346,13 @@ def improve(
     building: Building,
     output: Output,
     hold_out: HoldOut = None,
+    integral: Annotated[
+        Motion | None,
+        typer.Option(
+            help="Motion from a displacement channel that was integrated from accelerations; default: as the model "
+            "file says, else restored."
+        ),
+    ] = None,
     json: Json = None,
     html: Html = None,
 ) -> None:
@@ -345,12 +360,16 @@ def improve(
 
     An effect that does not lower the error on held-out earthquakes is not added. Where something unknown is missing,
     each of the other earthquakes is left out in turn, and effects are added as long as these are predicted better; that
-    takes minutes. The page is that of the first diagnosis.
+    takes minutes. Where the displacement was integrated from accelerations, its slow motion is restored; the model file
+    says so, and commands that read it do the same. The page is that of the first diagnosis.
     Exit code 0: done; 1: no record can be used.
     """
     from service.models import documents, operations, report
 
-    with _work(model, files, building, hold_out) as (given, records, report_step):
+    way: Integral | None = None
+    if integral is not None:
+        way = "restored" if integral is Motion.restored else "recorded"
+    with _work(model, files, building, hold_out, way, "restored") as (given, records, report_step):
         done = operations.improve(given, model.name, records, report_step)
     _write_model(done.model, output)
     _show(
@@ -417,11 +436,16 @@ def _check_known(effect: str, argument: str) -> None:
 
 @contextmanager
 def _work(
-    model: Path, files: list[Path], building: Path, hold_out: list[Path] | None = None
+    model: Path,
+    files: list[Path],
+    building: Path,
+    hold_out: list[Path] | None = None,
+    integral: "Integral | None" = None,
+    usual: "Integral | None" = None,
 ) -> Iterator[tuple["ModelFile", "Earthquakes", "ReportStep"]]:
     """A model, usable records and a progress bar; a refusal ends the command with its reason."""
     with _progress_bar() as report_step:
-        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
+        given, records = read_usable_records(model, files, building, report_step, hold_out or (), integral, usual)
         with refusals():
             yield given, records, report_step
 

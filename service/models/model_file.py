@@ -14,6 +14,7 @@ from pydantic import AfterValidator, Field
 from core.effect import Parameter
 from core.effects import EFFECTS
 from core.errors import ModelError
+from core.isolation_layer.motion import Integral
 from core.model.isolator import Isolator
 from core.record import Direction
 from service.formats.toml_problems import Problem, Table, TomlError, checked, unknown, wrong_keys
@@ -54,6 +55,11 @@ class ModelTable(Table):
     fitted_to: list[Text] = Field(
         default=[], description="earthquakes that the values were fitted to, by the start of their records"
     )
+    integral: Integral | None = Field(
+        default=None,
+        description="motion that it was fitted to, from a displacement channel that was integrated from accelerations: "
+        "recorded or restored; default: as the setting `analysis.integral` says",
+    )
     effects: Values = Field(description="a table for each effect, with the value of every one of its parameters, SI")
     standard_deviations: WrittenDeviations = Field(
         default={}, description="the same for their standard deviations; inf where the records did not determine it"
@@ -79,6 +85,9 @@ class ModelFile:
     """Parameters that were neither given nor measured."""
     fitted_to: tuple[str, ...] = ()
     """Earthquakes."""
+    integral: Integral | None = None
+    """Motion that it was fitted to, from a displacement channel that was integrated from accelerations; None: as the
+    settings say."""
     standard_deviations: Deviations = field(default_factory=dict)
     """By effect and parameter, of those that were fitted; infinite where the records did not determine it."""
 
@@ -109,6 +118,7 @@ def read(text: str) -> ModelFile:
         parent=table.parent,
         assumed=tuple(table.assumed),
         fitted_to=tuple(table.fitted_to),
+        integral=table.integral,
         standard_deviations=table.standard_deviations,
     )
 
@@ -129,6 +139,8 @@ def _opening(model: ModelFile) -> Iterator[str]:
         yield f"assumed = {_texts(model.assumed)}  # to be fitted to records"
     if model.fitted_to:
         yield f"fitted_to = {_texts(model.fitted_to)}"
+    if model.integral is not None:
+        yield f"integral = {_text(model.integral)}"
 
 
 def _effects(isolator: Isolator) -> Iterator[str]:

@@ -120,6 +120,7 @@ def work(result: Making, given: ModelFile, parent: str) -> Work[Making]:
         parent=parent,
         assumed=(),
         fitted_to=result.earthquakes.fitted_names,
+        integral="restored" if result.earthquakes.motion_is_restored else given.integral,
         standard_deviations=result.std,
     )
     return Work(given, model, result)

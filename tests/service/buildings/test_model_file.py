@@ -50,6 +50,7 @@ def models(draw: st.DrawFn) -> ModelFile:
         parent=draw(st.none() | texts),
         assumed=tuple(draw(st.lists(texts, max_size=3))),
         fitted_to=tuple(draw(st.lists(texts, max_size=3))),
+        integral=draw(st.sampled_from([None, "recorded", "restored"])),
         standard_deviations={name: {key: draw(deviations) for key in effects[name]} for name in effects},
     )
 
