@@ -162,8 +162,7 @@ def test_a_live_stream_is_asked_for_a_connection(
     sessions: sessionmaker[Session], database_url: str, tmp_path: Path
 ) -> None:
     with answering(b"") as port:
-        source = building_file("seedlink", f"seedlink://127.0.0.1:{port}", 'data = "continuous"')
-        watch(sessions, tmp_path, source)
+        watch(sessions, tmp_path, building_file("seedlink", f"seedlink://127.0.0.1:{port}"))
         assert "sources" not in bad(examination(database_url))
     assert "no server listens at this port" in bad(examination(database_url))["sources"]
 
