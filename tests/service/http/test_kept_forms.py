@@ -9,8 +9,9 @@ import databases
 import pytest
 from alert_fixtures import raise_softening
 from api_server import api_server
+from browsers import chromium, closing_pages
 from monitoring_server import building_file
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page
 from sqlalchemy import delete
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -38,21 +39,25 @@ def sessions(tmp_path: Path) -> Iterator[sessionmaker[Session]]:
     made.kw["bind"].dispose()
 
 
+@pytest.fixture(scope="module")
+def started() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
 @pytest.fixture
-def page(sessions: sessionmaker[Session]) -> Iterator[Page]:
+def page(started: Browser, sessions: sessionmaker[Session]) -> Iterator[Page]:
     """The page of an alert, of a person who has logged in."""
     with sessions.begin() as session:
         key = keys.create(session, "engineer", Role.engineer, datetime.now(UTC))
     url = sessions.kw["bind"].url.render_as_string(hide_password=False)
-    with api_server(url, visitor=None) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+    with api_server(url, visitor=None) as address, closing_pages(started) as browser:
         made, printed = browser.new_page(), []
         made.on("console", lambda message: printed.append(message.text) if message.type == "error" else None)
         made.goto(f"{address}/alerts/1")
         log_in(made, key)
         made.key = key  # type: ignore[attr-defined]
         yield made
-        browser.close()
         refusals = [one for one in printed if "Failed to load resource" not in one]  # what a status of 401 or 409 makes
     assert refusals == [], "the browser refused something"
 

@@ -12,8 +12,9 @@ import monitored_building
 import pytest
 from api_client import client
 from api_server import api_server
+from browsers import chromium, closing_pages
 from PIL import Image
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from service.db import sessions as opened
 from service.http.libraries import address
@@ -41,20 +42,25 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     return made
 
 
+@pytest.fixture(scope="module")
+def started(url: str) -> Iterator[tuple[str, Browser]]:
+    with api_server(url) as server, chromium() as browser:
+        yield server, browser
+
+
 @pytest.fixture
-def browser(url: str) -> Iterator[tuple[str, Browser]]:
-    with api_server(url) as server, sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=which("chromium"))
-        yield server, started
-        started.close()
+def browser(started: tuple[str, Browser]) -> Iterator[tuple[str, Browser]]:
+    server, browser = started
+    with closing_pages(browser):
+        yield server, browser
 
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
 def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     browser: tuple[str, Browser], tmp_path: Path
 ) -> None:
-    server, chromium = browser
-    page = chromium.new_page(viewport={"width": 1280, "height": 700})
+    server, shown_by = browser
+    page = shown_by.new_page(viewport={"width": 1280, "height": 700})
     printed: list[str] = []
     page.on("console", lambda message: printed.append(message.text) if OF_THIS_TEST not in message.text else None)
     page.on("pageerror", lambda error: printed.append(str(error)))
@@ -77,7 +83,7 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     assert not page.locator("header button").first.is_visible()
     assert printed == [], "the browser refused something"
 
-    still = chromium.new_context(java_script_enabled=False, color_scheme="dark").new_page()
+    still = shown_by.new_context(java_script_enabled=False, color_scheme="dark").new_page()
     still.goto(f"{server}/events/1")
     picture = still.locator(f"{CHART} > img")
     picture.scroll_into_view_if_needed()
@@ -188,8 +194,8 @@ DOMAIN = f"""() => charts.find((one) => one.area.parentElement.matches("{CHART}"
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
 def test_two_fingers_zoom_one_moves_sideways_and_scrolls_the_page(browser: tuple[str, Browser]) -> None:
-    server, chromium = browser
-    page = chromium.new_context(viewport={"width": 375, "height": 700}, has_touch=True).new_page()
+    server, shown_by = browser
+    page = shown_by.new_context(viewport={"width": 375, "height": 700}, has_touch=True).new_page()
     page.goto(f"{server}/events/1")
     parts = "figure[data-chart*=force-parts]"
     page.locator(parts).scroll_into_view_if_needed()
@@ -289,8 +295,8 @@ def the_switch_changes_the_theme_and_is_kept(page: Page) -> None:
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
 def test_a_slider_changes_the_loop_and_the_form_works_without_javascript(browser: tuple[str, Browser]) -> None:
-    server, chromium = browser
-    page = chromium.new_page(viewport={"width": 375, "height": 700})
+    server, shown_by = browser
+    page = shown_by.new_page(viewport={"width": 375, "height": 700})
     printed: list[str] = []
     page.on("console", lambda message: printed.append(message.text))
     page.goto(f"{server}/effects/hardening")
@@ -304,7 +310,7 @@ def test_a_slider_changes_the_loop_and_the_form_works_without_javascript(browser
     assert page.evaluate("document.documentElement.scrollWidth") <= 375
     assert printed == [], "the browser refused something"
 
-    japanese = chromium.new_context(locale="ja-JP").new_page()
+    japanese = shown_by.new_context(locale="ja-JP").new_page()
     japanese.on("pageerror", lambda error: printed.append(str(error)))
     japanese.goto(f"{server}/events/1")
     japanese.locator(CHART).scroll_into_view_if_needed()
@@ -313,7 +319,7 @@ def test_a_slider_changes_the_loop_and_the_form_works_without_javascript(browser
     assert japanese.locator(".theme").inner_text() == "暗い配色"
     assert printed == [], "the page or its chart failed in Japanese"
 
-    still = chromium.new_context(java_script_enabled=False).new_page()
+    still = shown_by.new_context(java_script_enabled=False).new_page()
     still.goto(f"{server}/effects/hardening")
     assert not still.locator("input[type=range]").first.is_visible()
     still.get_by_label("k3").first.fill("0.1")

@@ -9,7 +9,8 @@ import pytest
 from api_client import client
 from api_server import api_server
 from assessed_buildings import building_file
-from playwright.sync_api import Page, expect, sync_playwright
+from browsers import chromium, closing_pages
+from playwright.sync_api import Browser, Page, expect
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
@@ -43,14 +44,18 @@ def tower(sessions: sessionmaker[Session]) -> int:
         return made.id
 
 
+@pytest.fixture(scope="module")
+def started() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
 @pytest.fixture
-def page(database_url: str, tower: int) -> Iterator[Page]:
-    with api_server(database_url) as server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+def page(started: Browser, database_url: str, tower: int) -> Iterator[Page]:
+    with api_server(database_url) as server, closing_pages(started) as browser:
         shown = browser.new_page(viewport={"width": 800, "height": 400})
         shown.goto(server)
         yield shown
-        browser.close()
 
 
 @pytest.mark.slow
