@@ -137,6 +137,8 @@ class Poller:
             self._start(scheduler, schedule, name, stop.is_set)
         self._run_overdue(scheduler)
         schedule.go_on()
+        for code, seconds in schedule.lasting():
+            sources.note_attempt(code, now - timedelta(seconds=seconds))
         if holds:
             sources.queue_ready()
 

@@ -21,7 +21,7 @@ def buildings(session: Session, after: str | None, limit: int) -> Sequence[Line]
         limit: rows.
     """
     events = select(func.count()).where(Event.building_id == Building.id).scalar_subquery()
-    question = _page(_latest_revision().add_columns(events.label("events"), _last_start().label("last")), after, limit)
+    question = _page(latest_revision().add_columns(events.label("events"), _last_start().label("last")), after, limit)
     return session.execute(question).all()
 
 
@@ -31,7 +31,7 @@ def building(session: Session, code: str) -> tuple[Building, Revision]:
     Raises:
         NotFoundError: there is none by that code.
     """
-    row = session.execute(_latest_revision().where(Building.code == code)).one_or_none()
+    row = session.execute(latest_revision().where(Building.code == code)).one_or_none()
     if row is None:
         raise NotFoundError("building", code)
     return row.Building, row.Revision
@@ -39,7 +39,7 @@ def building(session: Session, code: str) -> tuple[Building, Revision]:
 
 def by_number(session: Session, numbers: Collection[int]) -> Sequence[Line]:
     """(Building, Revision) of the buildings of these numbers."""
-    return session.execute(_latest_revision().where(Building.id.in_(numbers))).all()
+    return session.execute(latest_revision().where(Building.id.in_(numbers))).all()
 
 
 def sources(session: Session, after: str | None, limit: int) -> Sequence[Line]:
@@ -50,7 +50,7 @@ def sources(session: Session, after: str | None, limit: int) -> Sequence[Line]:
         after: code at which the page before ended.
         limit: rows.
     """
-    question = _latest_revision().add_columns(SourceState)
+    question = latest_revision().add_columns(SourceState)
     joined = question.outerjoin(SourceState, SourceState.building_id == Building.id)
     return session.execute(_page(joined, after, limit)).all()
 
@@ -71,7 +71,7 @@ def _last_start() -> ScalarSelect[Any]:
     return select(func.max(Event.start)).where(Event.building_id == Building.id).scalar_subquery()
 
 
-def _latest_revision() -> Question:
+def latest_revision() -> Question:
     """Buildings, each with its latest description."""
     other = aliased(Revision)
     newest = select(func.max(other.number)).where(other.building_id == Building.id).scalar_subquery()

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import ColumnElement, TextClause, select, update
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from service import formats, parsing
@@ -25,6 +25,10 @@ CLOCK_SET = datetime(1980, 1, 1, tzinfo=UTC)
 """No strong-motion logger with a clock is older: an earlier time means a clock that was never set."""
 CLOCK_SLACK = timedelta(days=1)
 """Lead over the service's clock beyond which a recorder's clock is wrong. Not tuned."""
+
+
+FAILED_BEFORE = (REJECTED, Recording.failures > 0, Recording.version != VERSION)
+"""Conditions on a recording at which an earlier version of the code failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,18 +147,10 @@ def _give_up(recording: Recording, problem: str) -> None:
     recording.state, recording.reason = "refused", f"{problem}, {recording.failures} times; {wanted}"
 
 
-def failed_before(session: Session, building: Building) -> bool:
-    """True if an earlier version of the code failed at a recording of the building."""
-    return session.scalar(select(Recording.id).where(*_failed_before(building)).limit(1)) is not None
-
-
 def read_again_with_this_version(session: Session, building: Building) -> None:
     """Read again the recordings at which an earlier version of the code failed."""
-    session.execute(update(Recording).where(*_failed_before(building)).values(state="stored", failures=0))
-
-
-def _failed_before(building: Building) -> tuple[ColumnElement[bool] | TextClause, ...]:
-    return (Recording.building_id == building.id, REJECTED, Recording.failures > 0, Recording.version != VERSION)
+    of_building = update(Recording).where(Recording.building_id == building.id, *FAILED_BEFORE)
+    session.execute(of_building.values(state="stored", failures=0))
 
 
 def _read_again_with_gains(session: Session, building: Building) -> None:

@@ -7,19 +7,22 @@ from datetime import UTC, datetime
 from time import monotonic, sleep
 from typing import Any
 
+from sqlalchemy import exists, update
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import logs
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile, SourceFile
+from service.buildings.queries import latest_revision
 from service.buildings.tables import Building
+from service.db.select import Question
 from service.db.sessions import reading
 from service.parsing import ParserDiedError
 from service.records import events
 from service.records.ingest import (
+    FAILED_BEFORE,
     begin,
-    failed_before,
     next_stored,
     parse,
     read_again_with_this_version,
@@ -30,13 +33,41 @@ from service.records.recordings import Fetched, refuse_unseen, remember, store
 from service.records.sources.opening import opened
 from service.records.sources.retried_requests import Manners, ServerClock
 from service.records.sources.source import Arrival, SourceError, Step
-from service.records.tables import Recording, SourceState
+from service.records.tables import STORED, Recording, SourceState
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
 LONGEST_LOOK = 20
 """Times http_timeout: a longer poll ends between two steps, and the next one continues there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Poll:
+    """One poll of a building's source that is under way."""
+
+    building: Building
+    described: BuildingFile
+    source: SourceFile
+    state: SourceState | None
+    """As it was before; None before the first poll."""
+    begun_at: datetime
+    server: ServerClock
+
+    @property
+    def is_known(self) -> bool:
+        """True if the source was polled before."""
+        return self.state is not None
+
+    @property
+    def was_failing(self) -> bool:
+        """True if the poll before failed."""
+        return self.state is not None and self.state.failing_since is not None
+
+    @property
+    def cursor(self) -> dict[str, Any]:
+        """Where to continue."""
+        return {} if self.state is None else self.state.cursor
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,29 +102,37 @@ class SourcePoller:
             return self._poll(code)
 
     def _poll(self, code: str) -> bool:
-        with self.sessions() as session:
-            building = building_store.find(session, code)
-            described, state = building_store.described(session, building), session.get(SourceState, building.id)
-            cursor, is_failing = ({}, False) if state is None else (state.cursor, state.failing_since is not None)
-            is_to_read_again = failed_before(session, building)
-        if is_to_read_again:
+        with reading(self.sessions)() as session:
+            found = session.execute(polled(code)).one_or_none()
+            if found is None:
+                building_store.find(session, code)  # raises
+                return True
+        building, described = found.Building, building_store.parsed(found.Revision)
+        if found.is_to_read_again:
             with self.sessions.begin() as session:
                 read_again_with_this_version(session, building)
-        self._read(building)  # files stored by an interrupted poll, or readable with a new description
+        if found.is_to_read_again or found.is_to_read:  # stored by an interrupted poll, or readable by now
+            self._read(building)
         if described.source is None:
             return True
         if described.source.kind == "seedlink":
             self.follow(building, described, described.source)
             return True
-        self._remember(building, attempted_at=self.clock())
-        server = ServerClock(self.clock)
+        poll = Poll(building, described, described.source, found.SourceState, self.clock(), ServerClock(self.clock))
         try:
-            self._follow(building, described, described.source, cursor, server, self._manners(is_failing))
+            self._follow(poll)
         except SourceError as error:
-            self._failed(building, str(error))
+            self._failed(poll, str(error))
             return False
-        self._succeeded(building, server)
+        self._succeeded(poll)
         return True
+
+    def note_attempt(self, code: str, since: datetime) -> None:
+        """Store that a poll has begun and has not ended: a quick one is stored when it ends."""
+        with self.sessions.begin() as session:
+            state = source_state(session, building_store.find(session, code))
+            if state.attempted_at is None or state.attempted_at < since:
+                state.attempted_at = since
 
     def receive(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
         """Store files, and read them only once they are safe; every file takes this path."""
@@ -111,19 +150,14 @@ class SourcePoller:
         with self.sessions.begin() as session:
             events.queue_ready(session, self.clock(), settings=self.settings)
 
-    def _follow(
-        self,
-        building: Building,
-        described: BuildingFile,
-        source: SourceFile,
-        cursor: dict[str, Any],
-        server: ServerClock,
-        manners: Manners,
-    ) -> None:
-        memory = Fetched(self.sessions, building.id)
-        with opened(described, source, self.settings, memory, manners, server.note) as source_of_files:
+    def _follow(self, poll: Poll) -> None:
+        memory, manners = Fetched(self.sessions, poll.building.id), self._manners(poll.was_failing)
+        with opened(poll.described, poll.source, self.settings, memory, manners, poll.server.note) as source_of_files:
+            cursor = poll.cursor
             for step in source_of_files.steps(cursor, self.clock()):
-                self._take(building, step)
+                if step.arrivals or step.files or dict(step.cursor) != cursor or not poll.is_known:
+                    self._take(poll.building, step)
+                    cursor = dict(step.cursor)
                 if self.stopped() or manners.is_over:
                     return
 
@@ -184,26 +218,43 @@ class SourcePoller:
         with reading(self.sessions)() as session:
             return next_stored(session, building, passed)
 
-    def _failed(self, building: Building, error: str) -> None:
-        with self.sessions.begin() as session:
-            state = source_state(session, building)
-            if state.failing_since is None:
-                log.warning("the source of %s begins to fail: %s", building.code, error)
-                state.failing_since = self.clock()
-            state.error, state.looked_at = error, self.clock()
+    def _failed(self, poll: Poll, error: str) -> None:
+        now = self.clock()
+        if not poll.was_failing:
+            log.warning("the source of %s begins to fail: %s", poll.building.code, error)
+        since = poll.state.failing_since if poll.state is not None and poll.was_failing else now
+        self._end(poll, failing_since=since, error=error, looked_at=now)
 
-    def _succeeded(self, building: Building, server: ServerClock) -> None:
-        with self.sessions.begin() as session:
-            state = source_state(session, building)
-            if state.failing_since is not None:
-                log.warning("the source of %s has recovered", building.code)
-            state.succeeded_at = state.looked_at = self.clock()
-            state.failing_since, state.error = None, None
-            state.clock_ahead = None if server.ahead is None else server.ahead.total_seconds()
+    def _succeeded(self, poll: Poll) -> None:
+        if poll.was_failing:
+            log.warning("the source of %s has recovered", poll.building.code)
+        now, ahead = self.clock(), poll.server.ahead
+        lead = None if ahead is None else ahead.total_seconds()
+        self._end(poll, failing_since=None, error=None, looked_at=now, succeeded_at=now, clock_ahead=lead)
 
-    def _remember(self, building: Building, attempted_at: datetime) -> None:
+    def _end(self, poll: Poll, **columns: object) -> None:
+        """Store how a poll ended: in one statement for a source that was polled before."""
+        of_building = update(SourceState).where(SourceState.building_id == poll.building.id)
         with self.sessions.begin() as session:
-            source_state(session, building).attempted_at = attempted_at
+            if not poll.is_known:
+                source_state(session, poll.building)
+                session.flush()
+            session.execute(of_building.values(attempted_at=poll.begun_at, **columns))
+
+
+def polled(code: str) -> Question:
+    """(Building, Revision, SourceState | None, is_to_read, is_to_read_again) of a building, by one statement."""
+    number = Recording.building_id == Building.id
+    return (
+        latest_revision()
+        .add_columns(
+            SourceState,
+            exists().where(number, STORED).label("is_to_read"),
+            exists().where(number, *FAILED_BEFORE).label("is_to_read_again"),
+        )
+        .outerjoin(SourceState, SourceState.building_id == Building.id)
+        .where(Building.code == code)
+    )
 
 
 def source_state(session: Session, building: Building) -> SourceState:

@@ -1,6 +1,7 @@
 """The schedule of polls of the sources, in threads: a failing source backs off, a stalled one delays no other."""
 
 import logging
+from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from math import inf
@@ -46,8 +47,10 @@ class SourceSchedule:
     """Polls that failed in a row, of failing sources."""
     resting: dict[str, float] = field(default_factory=dict)
     """Time of the timer before which a failing source is not polled."""
-    waiting: dict[str, None] = field(default_factory=dict)
-    """In order."""
+    waiting: OrderedDict[str, None] = field(default_factory=OrderedDict)
+    """The working sources that wait, in order."""
+    failing: OrderedDict[str, None] = field(default_factory=OrderedDict)
+    """The failing ones that wait, in order: they have places of their own."""
     running: dict[str, Running] = field(default_factory=dict)
     is_ending: bool = False
     lock: Lock = field(default_factory=Lock)
@@ -57,12 +60,15 @@ class SourceSchedule:
         with self.lock:
             for code in codes:
                 self.failures.setdefault(code, 0)
+                if code in self.waiting:
+                    del self.waiting[code]
+                    self.failing[code] = None
 
     def due(self, code: str) -> None:
         """Poll a source as soon as there is a place, unless it is waiting, running or resting after a failure."""
         with self.lock:
             if code not in self.running and self.timer() >= self.resting.get(code, -inf):
-                self.waiting[code] = None
+                self._queue_of(code)[code] = None
             self._start()
 
     def go_on(self) -> None:
@@ -80,11 +86,20 @@ class SourceSchedule:
             one.thread.join(max(end - monotonic(), 0.0))
         return sorted(code for code, one in left.items() if one.thread.is_alive())
 
+    def lasting(self) -> list[tuple[str, float]]:
+        """(code, s since it began) of the polls that are long by now."""
+        now = self.timer()
+        with self.lock:
+            return [(code, now - one.since) for code, one in self.running.items() if now - one.since >= LASTING]
+
+    def _queue_of(self, code: str) -> OrderedDict[str, None]:
+        return self.failing if code in self.failures else self.waiting
+
     def _start(self) -> None:
-        for code in [] if self.is_ending else list(self.waiting):
-            is_failing = code in self.failures
-            if self._has_room(is_failing):
-                del self.waiting[code]
+        """Start the first ones that wait, as many as there is room for; the others are not looked at."""
+        for queue, is_failing in ((self.waiting, False), (self.failing, True)):
+            while queue and not self.is_ending and self._has_room(is_failing):
+                code, _ = queue.popitem(last=False)
                 thread = Thread(target=self._run, args=(code,), name=f"poll {code}", daemon=True)
                 self.running[code] = Running(thread, self.timer(), is_failing)
                 thread.start()

@@ -1,6 +1,7 @@
 """An HTTP server that lists files of events, on directory pages or in an index in JSON or text."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
@@ -55,8 +56,11 @@ class Archive:
         seen: dict[str, str] = cursor.get("seen", {})
         growing: dict[str, str] = {}
         errors: list[SourceError] = []
-        with ThreadPool(self.client.settings.polling.concurrency) as pool:  # its threads never delay the end
+        with ExitStack() as stack:
+            pool: ThreadPool | None = None  # where nothing is new, no thread is started
             for batch in self._wanted(listings):
+                if pool is None:  # its threads never delay the end
+                    pool = stack.enter_context(ThreadPool(self.client.settings.polling.concurrency))
                 outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
                 growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
                 errors += [out.error for out in outcomes if out.error is not None]

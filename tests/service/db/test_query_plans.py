@@ -15,7 +15,8 @@ from service.health.metrics import GAUGES
 from service.jobs import queue as job_queue
 from service.models import queries as model_queries
 from service.records import events
-from service.records.ingest import failed_before, next_stored
+from service.records.ingest import next_stored
+from service.records.source_poller import polled
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 5, tzinfo=UTC)
@@ -31,7 +32,8 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         ["ix_event_state_updated_at"],
     ),
     "recordings to be read": (lambda session: next_stored(session, BUILDING), ["ix_recording_stored"]),
-    "recordings to read again": (lambda session: failed_before(session, BUILDING), ["ix_recording_refused"]),
+    "the poll of a source": (lambda session: session.execute(polled("B")), ["ix_recording_stored"]),
+    "recordings to read again": (lambda session: session.execute(polled("B")), ["ix_recording_refused"]),
     "neglected jobs": (lambda session: job_queue.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
     "last progress": (
         lambda session: job_queue.last_progress(session, NOW, LEASE),

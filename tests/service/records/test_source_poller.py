@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from monitoring_server import START, Page, Server, building_file, miniseed, monitoring_server, stream
-from sqlalchemy import delete, select, update
+from sqlalchemy import delete, event, select, update
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.buildings import store as building_store
@@ -250,3 +250,36 @@ def test_names_that_are_no_unicode_and_reasons_with_nul_hold_up_nothing(
     with sessions() as session:
         recording = session.scalars(select(Recording).where(Recording.state == "refused")).one()
         assert recording.name == "a\N{REPLACEMENT CHARACTER}b.mseed"
+
+
+def test_a_poll_that_finds_nothing_new_reads_once_and_writes_once(
+    sessions: sessionmaker[Session], server: Server
+) -> None:
+    server.pages["/events/"] = Page(b"a.mseed")
+    server.add("/events/a.mseed", miniseed(stream()))
+    add(sessions, "archive", f"{server.address}/events/")
+    for _ in range(3):  # the file has to be the same twice
+        look(sessions)
+    poller, statements = SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=1)), list[str]()
+
+    def note(*given: object) -> None:
+        statements.append(str(given[2]))
+
+    event.listen(sessions.kw["bind"], "before_cursor_execute", note)
+    assert poller.poll("TOWER")
+    event.remove(sessions.kw["bind"], "before_cursor_execute", note)
+    found = [one.split()[0] for one in statements if not one.startswith("BEGIN")]
+    assert found[0] == "SELECT"
+    assert found[-1] == "UPDATE"
+    assert set(found[1:-1]) <= {"SELECT"}, "the files that the listing names"
+    assert len(found) <= 3
+    assert state(sessions).attempted_at == state(sessions).succeeded_at == NOW + timedelta(minutes=1)
+
+
+def test_a_poll_that_lasts_is_stored_as_begun(sessions: sessionmaker[Session], server: Server) -> None:
+    add(sessions, "archive", f"{server.address}/events/")
+    poller = SourcePoller(sessions, SETTINGS, clock=lambda: NOW)
+    poller.note_attempt("TOWER", NOW)
+    assert (state(sessions).attempted_at, state(sessions).succeeded_at) == (NOW, None)
+    poller.note_attempt("TOWER", NOW - timedelta(minutes=1))
+    assert state(sessions).attempted_at == NOW, "of an earlier poll"

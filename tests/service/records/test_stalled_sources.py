@@ -169,3 +169,22 @@ def test_shutdown_waits_briefly_and_names_sources_that_did_not_answer() -> None:
     assert monotonic() - began < source_schedule.TO_END + 7.0, "the look ends by itself after 30 s"
     assert sources.due("c") == []
     sources.let_go()
+
+
+def test_sources_that_wait_are_not_gone_through_again_and_again() -> None:
+    """Ten thousand become due at once when a poller starts: a poll that ends must not cost as much as all that wait."""
+    sources, readings = Sources(interval=60), 0
+    sources.stall(*codes("a", 50))
+    sources.due(*codes("a", 50))  # no place is left
+
+    def timer() -> float:
+        nonlocal readings
+        readings += 1
+        return 0.0
+
+    sources.schedule.timer = timer
+    for number in range(300):
+        sources.schedule.due(f"b{number:03}")
+    sources.let_go()
+    until(lambda: len(sources.looked) == 350, 30)
+    assert readings < 350 * (source_schedule.TOGETHER + 10)
