@@ -22,7 +22,7 @@ from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts import periodic_checks
+from service.alerts import early_messages, periodic_checks
 from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.problems import Attempts
@@ -87,7 +87,7 @@ class Poller:
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; polls in progress end at their next step, or are abandoned while their server
         keeps them waiting."""
-        streams = Streams(self.sessions, self.settings, self.holder, self.clock)
+        streams = Streams(self.sessions, self.settings, self.holder, self.clock, early_messages.write)
         sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set, streams.follow)
         schedule = SourceSchedule(lambda code: self._poll(sources, code), self.settings.polling.interval)
         scheduler = BackgroundScheduler(

@@ -8,6 +8,7 @@ from zoneinfo import ZoneInfo
 from sqlalchemy.orm import Session
 
 from service.alerts import queries
+from service.alerts.early_messages import is_early
 from service.alerts.lifecycle import ACTIVE, PENDING
 from service.alerts.message_content import (
     REMINDER_KEY,
@@ -92,7 +93,7 @@ def write_event_message(session: Session, event_id: int, max_age: timedelta, now
     facts = event_facts(session, event, earlier.alerts, now)
     has_alert = earlier.alerts or any(one.is_reported or one.is_on_hold for one in facts.alerts)
     if has_alert or event.end >= now - max_age:
-        first = messages[0].created_at if messages else now
+        first = next((one.created_at for one in messages if not is_early(one)), now)
         as_of_first = event_facts(session, event, earlier.alerts, now, as_of=first)
         content = replace(event_content(facts, earlier), news=event_content(as_of_first, earlier))
         outbox.put(session, content, now)
@@ -169,7 +170,7 @@ def _write_alert_message(session: Session, alert: Alert, now: datetime) -> None:
 def _earlier(messages: Sequence[Message]) -> Earlier:
     return Earlier(
         is_empty=not messages,
-        had_results=any(message.data["refusal"] is None for message in messages),
+        had_results=any(message.data["refusal"] is None and not is_early(message) for message in messages),
         alerts=frozenset(one["id"] for message in messages for one in message.data["alerts"]),
     )
 

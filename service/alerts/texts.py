@@ -167,6 +167,15 @@ OTHER_SENSORS_KEEP = "Other sensors keep their reference periods."
 # --- messages about an earthquake -------------------------------------------------------------------------------------
 
 EVENT_SUBJECT = "Earthquake of {when}: {outcome}"
+EARLY_SUBJECT = "Shaking since {when}: up to {peak} gal so far (provisional)"
+EARLY = (
+    "An earthquake has been shaking {name} since {when}. The largest acceleration so far is {peak} gal, "
+    "on level {level}."
+)
+EARLY_PROVISIONAL = (
+    "This is provisional: the shaking is not over, and nothing has been analysed. A message with the result follows."
+)
+FACT_EARLY = "Largest acceleration so far, level {level}"
 UNUSABLE = "its records cannot be used"
 MOVED = "isolators moved {length}, {outcome}"
 ON_HOLD_OR_MUTED = "{count} alert{s} on hold or muted"

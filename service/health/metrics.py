@@ -5,7 +5,7 @@ indexes alone.
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
 from prometheus_client import CollectorRegistry, Histogram
@@ -21,7 +21,9 @@ from service.buildings.tables import Building
 from service.db.process_leases import NOTIFYING, POLLING, WORKING
 from service.jobs.tables import Job, Lease
 from service.notify.tables import Delivery, Receiver
-from service.records.tables import READ, REJECTED, Event, Recording, SourceState
+from service.records.streams import flow
+from service.records.streams.flow import Flow
+from service.records.tables import READ, REJECTED, Event, Recording, SourceState, StreamState
 from service.verdict import levels
 
 Counted = Mapping[str, float]
@@ -65,6 +67,38 @@ def failing_sources(session: Session) -> Counted:
     """Unix time since which the source has been failing, by code of the building; sources that answer are omitted."""
     query = select(Building.code, SourceState.failing_since)
     return _times(session, query.join(SourceState, SourceState.building_id == Building.id))
+
+
+def stream_packets(session: Session) -> Counted:
+    """Unix time at which the last packet of a live stream came, by code of the building."""
+    query = select(Building.code, StreamState.received_at)
+    return _times(session, query.join(StreamState, StreamState.building_id == Building.id))
+
+
+def stream_latencies(session: Session) -> Counted:
+    """s from the last sample of the slowest channel to its arrival, by code of the building."""
+    return _of_streams(session, lambda flows: max((one.latency for one in flows), default=0.0))
+
+
+def stream_gaps(session: Session) -> Counted:
+    """Number of gaps in all channels of a live stream, by code of the building."""
+    return _of_streams(session, lambda flows: float(sum(one.gaps for one in flows)))
+
+
+def stream_missing(session: Session) -> Counted:
+    """s missing in all channels of a live stream together, by code of the building."""
+    return _of_streams(session, lambda flows: sum(one.missing for one in flows))
+
+
+def stream_refused(session: Session) -> Counted:
+    """Number of packets of a live stream that could not be used, by code of the building."""
+    query = select(Building.code, StreamState.refused)
+    return _counted(session, query.join(StreamState, StreamState.building_id == Building.id))
+
+
+def _of_streams(session: Session, value: Callable[[Collection[Flow]], float]) -> Counted:
+    query = select(Building.code, StreamState.channels).join(StreamState, StreamState.building_id == Building.id)
+    return {code: value(flow.read(channels).values()) for code, channels in session.execute(query)}
 
 
 def verdicts(session: Session) -> Counted:
@@ -147,6 +181,27 @@ GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
         "Since when the source has been failing, Unix time; absent while it answers.",
         "building",
         failing_sources,
+    ),
+    "menshin_stream_last_packet_timestamp_seconds": (
+        "When the last packet of the live stream came, Unix time; absent before the first.",
+        "building",
+        stream_packets,
+    ),
+    "menshin_stream_latency_seconds": (
+        "From the last sample of the live stream's slowest channel to its arrival, s.",
+        "building",
+        stream_latencies,
+    ),
+    "menshin_stream_gaps": ("Gaps in the channels of the live stream, filled ones too.", "building", stream_gaps),
+    "menshin_stream_missing_seconds": (
+        "What is still missing in the channels of the live stream, s, together.",
+        "building",
+        stream_missing,
+    ),
+    "menshin_stream_packets_refused": (
+        "Packets of the live stream that could not be used.",
+        "building",
+        stream_refused,
     ),
     "menshin_verdict": (
         "The verdict on the building: 0 normal, 1 watch, 2 undecided, 3 no data, 4 inspect, 5 act.",

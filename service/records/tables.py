@@ -102,7 +102,7 @@ class StreamState(Base):
     looked: Mapped[int] = mapped_column(BigInteger)
     """Id of the last packet that the trigger has seen."""
     shaking: Mapped[list[dict[str, Any]]]
-    """Earthquakes that are not over: `start` and `end` as far as known."""
+    """Earthquakes that are not over, as service.records.streams.earthquakes writes them."""
     cuts: Mapped[list[dict[str, Any]]]
     """Earthquakes that were cut out, as service.records.streams.earthquakes writes them."""
 

@@ -167,6 +167,12 @@ class Stream(Group):
     after: Seconds = Field(
         default=20.0, description="s kept after the shaking in a live stream, where trigger.after serves files"
     )
+    announced: float = Field(
+        default=0.08,
+        ge=0,
+        description="m/s², acceleration from which an early message is sent while a live stream shows the shaking; "
+        "about JMA intensity 3",
+    )
     silence: Annotated[float, Field(ge=1)] = Field(
         default=120.0,
         description="s without a packet after which a live stream counts as failing and is connected anew",

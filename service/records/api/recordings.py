@@ -1,7 +1,7 @@
 """Monitoring servers and the files received from them, in the API and on a page, with the reasons of rejections."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import Field
@@ -17,7 +17,8 @@ from service.http.parameters import Code, Reading
 from service.http.rendering import page
 from service.http.responses import TaggedRoute, table_responses
 from service.records import queries
-from service.records.tables import Recording, SourceState
+from service.records.streams import earthquakes, flow
+from service.records.tables import Recording, SourceState, StreamState
 from service.schema import Answer, Page
 
 router = APIRouter(tags=["operations"], route_class=TaggedRoute)
@@ -93,6 +94,8 @@ def of_building(
         rows = [row(one) for one in queries.recordings(session, building.id, state, cursor, LISTED)]
         file = described(session, building)
         source = file.source
+        is_live = source is not None and source.kind == "seedlink"
+        stream = session.get(StreamState, building.id) if is_live else None
         return page(
             request,
             "recordings",
@@ -101,12 +104,24 @@ def of_building(
             source=source,
             location=without_credentials(source.location) if source else "",
             doing=session.get(SourceState, building.id),
+            **_live(stream),
             rows=rows,
             state=state,
             rejected=queries.rejected_counts(session, [building.id]).get(building.id, 0),
             is_later=cursor is not None,
             following=next_number([one.id for one in rows], LISTED),
         )
+
+
+def _live(stream: StreamState | None) -> dict[str, Any]:
+    """What the page shows of a live stream."""
+    if stream is None:
+        return {"stream": None}
+    return {
+        "stream": stream,
+        "flows": flow.read(stream.channels),
+        "shaking": earthquakes.read_shaking(stream.shaking),
+    }
 
 
 def row(recording: Recording) -> RecordingOut:

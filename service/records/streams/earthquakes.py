@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Any
 
+import numpy as np
+
 from service.formats import Trace
 from service.formats.trace import Span, overlapping
 from service.records.tables import Packet
@@ -18,6 +20,21 @@ NEAR = timedelta(seconds=60)
 """Packets this far apart are looked at together."""
 SAME = timedelta(seconds=2)
 """Tolerance within which two limits of an earthquake are one: the trigger's depend a little on the data before them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shaking:
+    """An earthquake that is not over."""
+
+    window: Window
+    """As far as it is known."""
+    peaks: Mapping[str, float]
+    """m/s², largest acceleration so far, by channel."""
+
+    @property
+    def largest(self) -> float:
+        """m/s², of all channels."""
+        return max(self.peaks.values(), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +86,17 @@ def is_over(window: Window, traces: Sequence[Trace], patience: timedelta, silenc
     return min(reached.values()) >= window.end or max(reached.values()) >= window.end + patience
 
 
+def peaks(traces: Iterable[Trace], window: Window) -> dict[str, float]:
+    """m/s², the largest acceleration within a window, by channel; offsets are removed."""
+    largest: dict[str, float] = {}
+    for trace in traces:
+        if trace.quantity != "acceleration" or (within := trace.cut(window.start, window.end)) is None:
+            continue
+        peak = float(np.abs(within.to_si() - np.median(trace.to_si())).max())
+        largest[trace.channel] = max(largest.get(trace.channel, 0.0), peak)
+    return largest
+
+
 def with_late(cuts: Iterable[Cut], packets: Sequence[Packet]) -> list[Cut]:
     """The cuts, with a note where packets of them have come since."""
     noted = []
@@ -95,15 +123,18 @@ def joined(window: Window, cut: Cut | None, longest: timedelta) -> Window | None
     return whole if whole.end - whole.start <= longest else Window(cut.end, window.end)
 
 
-def written_windows(shaking: Iterable[Window]) -> list[dict[str, Any]]:
+def written_shaking(going: Iterable[Shaking]) -> list[dict[str, Any]]:
     """As JSON."""
-    return [{"start": one.start.isoformat(), "end": one.end.isoformat()} for one in shaking]
+    return [
+        {"start": one.window.start.isoformat(), "end": one.window.end.isoformat(), "peaks": dict(one.peaks)}
+        for one in going
+    ]
 
 
-def read_windows(document: Iterable[Mapping[str, Any]]) -> list[Window]:
+def read_shaking(document: Iterable[Mapping[str, Any]]) -> list[Shaking]:
     """From JSON."""
     moment = datetime.fromisoformat
-    return [Window(moment(one["start"]), moment(one["end"])) for one in document]
+    return [Shaking(Window(moment(one["start"]), moment(one["end"])), one["peaks"]) for one in document]
 
 
 def written_cuts(cuts: Iterable[Cut]) -> list[dict[str, Any]]:

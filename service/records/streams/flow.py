@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from service.records.streams.packets import Packet
+if TYPE_CHECKING:  # it imports ObsPy, which those who read flows do not need
+    from service.records.streams.packets import Packet
 
 SLACK = 1.5
 """Samples between two packets beyond which there is a gap: times are rounded, and one sample is the rule."""
@@ -24,7 +25,7 @@ class Flow:
     missing: float
     """s that are still missing."""
 
-    def beyond(self, packet: Packet, now: datetime) -> "Flow":
+    def beyond(self, packet: "Packet", now: datetime) -> "Flow":
         """The flow after a further packet."""
         latency = (now - packet.end).total_seconds()
         interval = timedelta(seconds=1 / packet.rate)
@@ -41,7 +42,7 @@ class Flow:
         )
 
 
-def flowed(flows: Mapping[str, Flow], packets: Iterable[Packet], now: datetime) -> dict[str, Flow]:
+def flowed(flows: Mapping[str, Flow], packets: Iterable["Packet"], now: datetime) -> dict[str, Flow]:
     """The flows of all channels after further usable packets."""
     after = dict(flows)
     for packet in packets:

@@ -19,6 +19,7 @@ from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.sessions import reading
 from service.formats import FormatError, Gain, Trace
+from service.jobs import queue as job_queue
 from service.parsing import ParserDiedError, ParserFailedError
 from service.records import events
 from service.records.continuous import trigger_settings
@@ -26,10 +27,10 @@ from service.records.recordings import gains
 from service.records.source_poller import SourcePoller, source_state
 from service.records.sources.source import Arrival, SourceError
 from service.records.streams import earthquakes, flow, ring
-from service.records.streams.earthquakes import Cut
+from service.records.streams.earthquakes import Cut, Shaking
 from service.records.streams.packets import Packet, examined, traces
 from service.records.streams.seedlink import Connection, Received, Server
-from service.records.tables import Packet as Kept, StreamState
+from service.records.tables import Event, Packet as Kept, StreamState
 from service.records.trigger import TriggerSettings, Window
 from service.settings import Settings
 
@@ -52,6 +53,10 @@ RETRY, LONGEST_RETRY = 1.0, 60.0
 """s before a second connection, which double up to the longest."""
 
 
+Announce = Callable[[Session, Building, BuildingFile, Event, Shaking], None]
+"""Announces an earthquake that is not over, within the transaction that stores it."""
+
+
 class TakenError(Exception):
     """Another process follows the stream."""
 
@@ -67,6 +72,7 @@ class Follower:
     source: SourceFile
     holder: str
     clock: Callable[[], datetime]
+    announce: Announce = lambda session, building, described, event, shaking: None
     stop: Signal = field(default_factory=Signal)
     gains: Mapping[str, Gain] = field(default_factory=dict)
     renewed: float = -float("inf")
@@ -108,7 +114,7 @@ class Follower:
             SourceError: it cannot be made, has ended, or brings nothing.
             TakenError: another process follows the stream.
         """
-        position = self._hold()
+        position = self.hold()
         channels = [channel.id for channel in self.described.description.channels]
         connection = Connection(self.source.location, channels, position, self.settings.polling.timeout)
         try:
@@ -124,13 +130,13 @@ class Follower:
                 self.keep(connection.server, came, is_new=not is_known)
                 is_known, heard = True, monotonic() if came else heard
             if monotonic() - self.renewed > RENEWAL:
-                self._hold()
+                self.hold()
             if monotonic() - self.looked > max(LOOK, SHARE * self.took):
                 self.look()
             if (silence := monotonic() - heard) > self.settings.stream.silence:
                 raise SourceError(f"{connection.address} has sent no packet for {silence:.0f} s")
 
-    def _hold(self) -> Mapping[str, Any]:
+    def hold(self) -> Mapping[str, Any]:
         """Acquire or renew the lease and remove old packets; returns the position.
 
         Raises:
@@ -200,11 +206,12 @@ class Follower:
                 return
             new = ring.since(session, self.building.id, state.looked)
             last = max((one.id for one in new), default=state.looked)
-            shaking, cuts = earthquakes.read_windows(state.shaking), earthquakes.read_cuts(state.cuts)
+            shaking, cuts = earthquakes.read_shaking(state.shaking), earthquakes.read_cuts(state.cuts)
             received = session.scalar(select(func.max(Kept.received_at)).where(Kept.building_id == self.building.id))
         silence = now - received if received is not None else timedelta(0)
         cuts = earthquakes.with_late(cuts, new)
-        going, over = self._earthquakes(earthquakes.areas(new, shaking), shaking, cuts, silence)
+        known = [one.window for one in shaking]
+        going, over = self._earthquakes(earthquakes.areas(new, known), known, cuts, silence)
         for cut in [one for one in cuts if one.late_since is not None and now - one.late_since >= SETTLED]:
             over.append(Window(cut.start, cut.end))
         for window in over:
@@ -214,8 +221,11 @@ class Follower:
         with self.sessions.begin() as session:
             state = stream_state(session, self.building.id)
             state.looked = last
-            state.shaking = earthquakes.written_windows(going)
+            state.shaking = earthquakes.written_shaking(going)
             state.cuts = earthquakes.written_cuts(cuts)
+            for one in going:
+                if one.largest >= self.settings.stream.announced:
+                    self._announce(session, one, now)
         self.looked, self.took = monotonic(), monotonic() - begun
 
     def _earthquakes(
@@ -224,11 +234,11 @@ class Follower:
         shaking: Sequence[Window],
         cuts: Sequence[Cut],
         silence: timedelta,
-    ) -> tuple[list[Window], list[Window]]:
+    ) -> tuple[list[Shaking], list[Window]]:
         """The earthquakes that are not over, and those that are and were not cut out."""
         trigger, longest = self._trigger(), timedelta(seconds=self.settings.event.longest)
         memory, patience = earthquakes.memory(trigger), timedelta(seconds=self.settings.stream.patience)
-        going: list[Window] = []
+        going: list[Shaking] = []
         over: list[Window] = []
         for start, end in areas:
             around = self._traces(start - memory, end + memory)
@@ -236,9 +246,12 @@ class Follower:
             known = [one for one in shaking if start <= one.end and one.start <= end]
             for window in [*windows, *(one for one in known if not _any_overlaps(windows, one))]:
                 whole = earthquakes.joined(window, earthquakes.cut_at(cuts, window), longest)
-                if whole is None or _any_overlaps([*going, *over], whole):
+                if whole is None or _any_overlaps([*over, *(one.window for one in going)], whole):
                     continue
-                (over if earthquakes.is_over(whole, around, patience, silence) else going).append(whole)
+                if earthquakes.is_over(whole, around, patience, silence):
+                    over.append(whole)
+                else:
+                    going.append(Shaking(whole, earthquakes.peaks(around, whole)))
         return going, over
 
     def _traces(self, start: datetime, end: datetime) -> Sequence[Trace]:
@@ -261,7 +274,23 @@ class Follower:
         if data:
             SourcePoller(self.sessions, self.settings, self.clock).receive(self.building, (arrival,))
         with self.sessions.begin() as session:
-            events.queue_now(session, self.building, self.clock())
+            for event in self._gathering(session, window):
+                job_queue.enqueue(session, event, {}, self.clock())
+
+    def _announce(self, session: Session, shaking: Shaking, now: datetime) -> None:
+        """Make the event of an earthquake that is not over, and keep it from being queued without its records."""
+        window, longest = shaking.window, timedelta(seconds=self.settings.event.longest)
+        session.get_one(Building, self.building.id, with_for_update=True)
+        event = events.at(session, self.building, window.start, window.end, now, longest)
+        if event.state == "gathering":
+            event.end, event.updated_at = max(event.end, window.end), now
+            self.announce(session, self.building, self.described, event, shaking)
+
+    def _gathering(self, session: Session, window: Window) -> Sequence[Event]:
+        """The events of a window that are not queued: no further files will come."""
+        within = (Event.building_id == self.building.id, Event.start <= window.end, Event.end >= window.start)
+        waiting = select(Event).where(*within, Event.state == "gathering")
+        return session.scalars(waiting.with_for_update(skip_locked=True)).all()
 
     def _trigger(self) -> TriggerSettings:
         return replace(trigger_settings(self.settings), after=timedelta(seconds=self.settings.stream.after))

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.tables import Building
-from service.records.streams.follower import Follower
+from service.records.streams.follower import Announce, Follower
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -28,6 +28,7 @@ class Streams:
     settings: Settings
     holder: str
     clock: Callable[[], datetime]
+    announce: Announce
     running: dict[str, tuple[Follower, Thread]] = field(default_factory=dict)
     """By code of the building."""
     lock: Lock = field(default_factory=Lock)
@@ -41,7 +42,9 @@ class Streams:
                 return
             if had is not None:
                 had[0].stop.set()
-            follower = Follower(self.sessions, self.settings, building, described, source, self.holder, self.clock)
+            follower = Follower(
+                self.sessions, self.settings, building, described, source, self.holder, self.clock, self.announce
+            )
             thread = Thread(target=follower.run, name=f"stream {building.code}", daemon=True)
             self.running[building.code] = follower, thread
             thread.start()

@@ -92,7 +92,8 @@ class Connection:
             while len(came) < WAITING:
                 came.append(self._packets.get_nowait())
         if not came and self._ended.is_set() and self._packets.empty():
-            raise SourceError(f"{self.address}: {self._problem or 'the server ended the connection'}")
+            problem = self._problem or "the server ended the connection"
+            raise SourceError(f"the stream from {self.address} ended: {problem}")
         return came
 
     def close(self) -> None:

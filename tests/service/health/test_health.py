@@ -16,7 +16,7 @@ from service.buildings.tables import Building, Revision
 from service.db import process_leases
 from service.db.process_leases import NOTIFYING, POLLING, WORKING
 from service.jobs.tables import Job, Lease
-from service.records.tables import Event, Recording, SourceState
+from service.records.tables import Event, Recording, SourceState, StreamState
 
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
 END = START + timedelta(minutes=3)
@@ -88,6 +88,12 @@ def filled(session: Session) -> None:
         session.add(Recording(building_id=first.id, name=name, state=state, end=end, **received))
     session.add(SourceState(building_id=first.id, cursor={}, failing_since=END))
     session.add(SourceState(building_id=second.id, cursor={}))
+    flows = {
+        name: {"reached": END.isoformat(), "latency": latency, "gaps": gaps, "missing": missing}
+        for name, latency, gaps, missing in (("1", 2.5, 0, 0.0), ("2", 4.0, 3, 7.5))
+    }
+    counts = {"packets": 9, "doubles": 2, "refused": 1, "looked": 0}
+    session.add(StreamState(building_id=second.id, received_at=END, channels=flows, shaking=[], cuts=[], **counts))
 
 
 def reported(answer: str) -> dict[tuple[str, ...], float]:
@@ -116,6 +122,11 @@ def test_metrics_show_what_the_database_holds(database_url: str, sessions: sessi
         ("menshin_oldest_waiting_job_timestamp_seconds",): (START + timedelta(days=2)).timestamp(),
         ("menshin_last_good_record_timestamp_seconds", "A"): END.timestamp(),
         ("menshin_source_failing_since_timestamp_seconds", "A"): END.timestamp(),
+        ("menshin_stream_last_packet_timestamp_seconds", "B"): END.timestamp(),
+        ("menshin_stream_latency_seconds", "B"): 4,
+        ("menshin_stream_gaps", "B"): 3,
+        ("menshin_stream_missing_seconds", "B"): 7.5,
+        ("menshin_stream_packets_refused", "B"): 1,
         ("menshin_verdict", "A"): 2,
         ("menshin_verdict", "B"): 3,
         ("menshin_open_alerts", "A"): 0,

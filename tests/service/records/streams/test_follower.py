@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 from threading import Thread
 from time import monotonic, sleep
 
 import numpy as np
 import pytest
+from live_streams import NOW, RECORDS, SENT, SERVER, SETTINGS, SHAKING, follower, received, state
 from monitoring_server import LOCATIONS, START, building_file, miniseed, stream
 from obspy import Stream, UTCDateTime
 from seedlink_server import seedlink_server
@@ -23,52 +24,8 @@ from service.records.source_poller import SourcePoller
 from service.records.sources.source import SourceError
 from service.records.streams.follower import Follower, TakenError
 from service.records.streams.following import Streams
-from service.records.streams.seedlink import Received, Server
-from service.records.tables import Event, Packet, Recording, SourceState, StreamState, Waveform
+from service.records.tables import Event, Packet, Recording, SourceState, Waveform
 from service.settings import Settings
-
-NOW = START + timedelta(seconds=250)
-SETTINGS = Settings(polling={"timeout": 5.0}, stream={"silence": 30.0})
-SERVER = Server("seedlink://127.0.0.1:18000", "4", frozenset({"XX_TOWER"}))
-SHAKING = slice(12_000, 13_500)
-"""Samples: 15 s of 3 Hz, 0.3 m/s²."""
-
-
-def ground_and_floors(seconds: float = 240) -> Stream:
-    """Quiet noise with an earthquake."""
-    whole = stream(seconds=seconds)
-    for trace in whole:
-        trace.data //= 100
-        trace.data[SHAKING] += (3e5 * np.sin(2 * np.pi * 3 * np.arange(1500) / 100)).astype(np.int32)
-    return whole
-
-
-def packed(whole: Stream, step: int = 5) -> list[bytes]:
-    """Packets in order of time, channels taking turns."""
-    begin, end = UTCDateTime(START), whole[0].stats.endtime
-    steps = range(0, round(end - begin) + 1, step)
-    pieces = [miniseed(whole.slice(begin + at, begin + at + step - 0.005)) for at in steps if begin + at < end]
-    return [piece[at : at + 512] for piece in pieces for at in range(0, len(piece), 512)]
-
-
-SENT = ground_and_floors()
-RECORDS = packed(SENT)
-
-
-def received(data: list[bytes], first: int = 1) -> list[Received]:
-    return [Received("XX_TOWER", number, one) for number, one in enumerate(data, start=first)]
-
-
-def follower(sessions: sessionmaker[Session], address: str = SERVER.address, now: datetime = NOW) -> Follower:
-    with sessions.begin() as session:
-        building = building_store.add(session, building_file("seedlink", address), Path("/"), now)
-        described = building_store.described(session, building)
-        session.flush()
-        session.expunge(building)
-    assert described.source is not None
-    one = Follower(sessions, SETTINGS, building, described, described.source, "here", lambda: now)
-    one._hold()
-    return one
 
 
 @contextmanager
@@ -88,11 +45,6 @@ def wait_until(is_so: Callable[[], bool], seconds: float = 20) -> None:
     while not is_so():
         assert monotonic() < end
         sleep(0.02)
-
-
-def state(sessions: sessionmaker[Session]) -> StreamState:
-    with sessions() as session:
-        return session.scalars(select(StreamState)).one()
 
 
 def kept(sessions: sessionmaker[Session]) -> int:
@@ -320,11 +272,11 @@ def test_a_stream_is_followed_by_one_process_at_a_time(sessions: sessionmaker[Se
     other = follower_after_a_restart(one)
     other.holder = "there"
     with pytest.raises(TakenError):
-        other._hold()
+        other.hold()
     one.clock = other.clock = lambda: NOW + timedelta(seconds=90)
-    other._hold()
+    other.hold()
     with pytest.raises(TakenError):
-        one._hold()
+        one.hold()
 
 
 def test_packets_are_kept_for_so_long_and_numbers_that_begin_anew_harm_nothing(sessions: sessionmaker[Session]) -> None:
@@ -334,7 +286,7 @@ def test_packets_are_kept_for_so_long_and_numbers_that_begin_anew_harm_nothing(s
     one.keep(SERVER, received(RECORDS[25:40], first=1))
     assert source(sessions).cursor["stations"] == {"XX_TOWER": 15}
     assert (state(sessions).doubles, kept(sessions)) == (5, 40)
-    one._hold()
+    one.hold()
     assert kept(sessions) == 10
     one.keep(replace(SERVER, protocol="3"), [])
     assert source(sessions).cursor == {"address": SERVER.address, "protocol": "3", "stations": {}}
@@ -346,7 +298,7 @@ def test_a_poller_follows_the_streams_of_its_share(sessions: sessionmaker[Sessio
         one = follower(sessions, server.address)
         one.stop.set()
         one.run()  # gives its lease up
-        streams = Streams(sessions, SETTINGS, "here", lambda: NOW)
+        streams = Streams(sessions, SETTINGS, "here", lambda: NOW, one.announce)
         poller = SourcePoller(sessions, SETTINGS, lambda: NOW, follow=streams.follow)
         for _ in range(2):
             assert poller.poll("TOWER")
