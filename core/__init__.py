@@ -10,6 +10,7 @@ From records: `BuildingDescription`, `Level`, `IsolationLayer`, `IsolationDesign
 Models: `Isolator`, `first_model`, `EFFECTS`, `Effect`, `Parameter`, `LogNormal`, `Normal`, `add_effect`.
 Simulation: `ShearBuilding`, `simulate`.
 Drift: `drift_series`, `monitor`.
+Sensors: `added_sensors`.
 The workbench: `fit`, `compare`, `diagnose`, `add`, `improve`, `sketch`, `Earthquakes`.
 Forecasts: `forecast`, `GroundMotion`, `ToPga`, `ToDisplacement`, `ToSpectrum`.
 Errors: `CoreError`, `RecordError`, `ModelError`, `IdentificationError`.
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from core.model.isolator import Isolator
     from core.model.simulation import simulate
     from core.record import Channel, Segment
-    from core.workbench import Earthquakes, add, compare, diagnose, fit, forecast, improve, sketch
+    from core.workbench import Earthquakes, add, added_sensors, compare, diagnose, fit, forecast, improve, sketch
 
 __all__ = [
     "EFFECTS",
@@ -65,6 +66,7 @@ __all__ = [
     "ToSpectrum",
     "add",
     "add_effect",
+    "added_sensors",
     "analyse",
     "compare",
     "diagnose",
@@ -139,6 +141,7 @@ _MODULES = MappingProxyType(
         "core.workbench": (
             "Earthquakes",
             "add",
+            "added_sensors",
             "compare",
             "diagnose",
             "fit",

@@ -4,6 +4,7 @@ Each operation takes a model and observations, and returns a result that prints 
 and the service all call these.
 """
 
+from core.workbench.added_sensors import AddedSensors, added_sensors
 from core.workbench.comparing import ComparisonResult, compare
 from core.workbench.diagnosing import DiagnosisResult, diagnose
 from core.workbench.earthquakes import Earthquakes
@@ -13,6 +14,7 @@ from core.workbench.improving import ExtensionResult, ImprovementResult, add, im
 from core.workbench.sketching import SketchResult, sketch
 
 __all__ = [
+    "AddedSensors",
     "ComparisonResult",
     "DiagnosisResult",
     "Earthquakes",
@@ -22,6 +24,7 @@ __all__ = [
     "ImprovementResult",
     "SketchResult",
     "add",
+    "added_sensors",
     "compare",
     "diagnose",
     "fit",

@@ -13,7 +13,19 @@ from rich.console import Console
 from rich.table import Table
 
 from service.cli.database import transaction
-from service.cli.inputs import REFUSED, current_settings, end, read_text, write_text
+from service.cli.inputs import (
+    REFUSED,
+    current_settings,
+    description_digest,
+    end,
+    kept_analyses,
+    read_building,
+    read_text,
+    refusals,
+    say_kept,
+    write_json,
+    write_text,
+)
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -81,6 +93,46 @@ def update(context: typer.Context, code: Code, file: File) -> None:
         revision = building_store.update_description(session, text, folder, datetime.now(UTC))
         Console().print(f"{code} is described by revision {revision.number}")
         _warn(session, revision.building)
+
+
+@app.command()
+def sensors(
+    file: File,
+    records: Annotated[
+        list[Path],
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            metavar="RECORD...",
+            help="Records as `menshin analyse` takes them; files that overlap in time are one earthquake.",
+        ),
+    ],
+    json: Annotated[Path | None, typer.Option(dir_okay=False, help="Write all numbers here, in SI units.")] = None,
+) -> None:
+    """Show by how much one more accelerometer at each level would narrow the force and the modes.
+
+    Standard deviations from the building's own records: with the superstructure as calibrated from each of them, and a
+    noise of the new channel like that of the others. Needs no database. Exit code 0: shown; 1: no record can be used.
+    """
+    from core.analysis import AnalysisSettings
+    from core.workbench.added_sensors import added_sensors
+    from service.analyses.added_sensors import document
+    from service.analyses.store import kept_analysis
+    from service.records.event_files import events
+
+    described, own = read_building(file), current_settings().analysis
+    settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band, integral=own.integral)
+    kept, digest = kept_analyses(), description_digest(file)
+    with refusals():
+        each = [
+            kept_analysis(one.segments, described.description, digest, settings, kept)
+            for one in events(records, described)
+        ]
+        found = added_sensors(each, described.description, settings)
+    say_kept(kept)
+    typer.echo(str(found))
+    if json is not None:
+        write_json(document(found).model_dump(), json)
 
 
 @app.command()

@@ -33,7 +33,7 @@ WITH_DATABASE = {
 WITHOUT = {  # `doctor` never fails because of a database: what is wrong is what it prints
     *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key", "doctor", "building draft"),
     *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve", "model forecast"),
-    "model sketch",
+    *("model sketch", "building sensors"),
 }
 WAITING = {"up", "api", "poll", "work", "notify"}
 """Parts of the service, which may wait for a database that is away."""

@@ -112,6 +112,11 @@ def _has_settled(before: Evaluation, latest: Step[Evaluation]) -> bool:
     return latest.gained == 0 or before.cost - latest.point.cost < enough
 
 
+def expected(problem: Problem, parameters: Vector, variances: Variances) -> Calibration:
+    """Calibration at given parameters and variances, without a step."""
+    return _result(evaluated(problem, parameters, variances), has_settled=True)
+
+
 def first_variances(problem: Problem) -> Variances:
     """Variances at which their search starts."""
     return (Variances.first if problem.hypothesis.is_random else Variances.none)(problem.lines)
