@@ -68,6 +68,17 @@ def test_yield_and_friction_follow_the_vertical_load(
     assert force[-1] == pytest.approx(factor * exact, rel=1e-3, abs=1e-9 * exact)
 
 
+@pytest.mark.parametrize("model", [BOUC_WEN, SLIDING, BREAKING_AWAY])
+def test_yield_and_friction_grow_in_the_cold_and_rubber_does_not(model: dict[str, dict[str, float]]) -> None:
+    """exp(0.007 · 30), 30 °C below the reference."""
+    cold = pushed(1.0)
+    cold = replace(cold, conditions=replace(cold.conditions, temperature=np.full(cold.velocity.size, -10.0)))
+    temperature = {"temperature_strength": {"strengthening": 0.007, "reference": 20.0}}
+    warm, growth = layer_force({**model, **HARD}, cold), layer_force({**model, **HARD, **temperature}, cold)
+    alone = layer_force(model, cold)
+    assert growth - warm == pytest.approx((np.exp(0.21) - 1) * alone, rel=1e-9, abs=1e-3)
+
+
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].acts_on == "force"))
 def test_a_scale_multiplies_the_forces_of_its_kinds_and_leaves_the_others(name: str, scale: str) -> None:
