@@ -12,7 +12,7 @@ from service.analyses.store import Inputs
 from service.buildings.tables import Building
 from service.drift import monitoring as drift_monitoring
 from service.jobs import queue as job_queue
-from service.jobs.queue import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, SKETCH, WATCH, Claim
+from service.jobs.queue import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, IMPROVE, SKETCH, WATCH, Claim
 from service.jobs.stages import Kind, Stage
 from service.jobs.tables import Job
 from service.models import comparing, forecast_jobs, jobs as model_jobs, store as model_store
@@ -58,6 +58,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         COMPARE: Kind(work_inputs, comparing.stages, _store_comparison),
         FIT: Kind(work_inputs, model_jobs.fit_stages, model_jobs.store_fit),
         EXTEND: Kind(work_inputs, model_jobs.extension_stages, model_jobs.store_extension),
+        IMPROVE: Kind(work_inputs, model_jobs.improvement_stages, model_jobs.store_improvement),
         DIAGNOSE: Kind(diagnosis_inputs, model_jobs.diagnosis_stages, model_jobs.store_diagnosis),
         SKETCH: Kind(work_inputs, model_jobs.sketch_stages, model_jobs.store_sketch),
         FORECAST: Kind(forecast_jobs.inputs, forecast_jobs.stages, forecast_jobs.store),

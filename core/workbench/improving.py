@@ -173,8 +173,14 @@ class ImprovementResult:
 
     @property
     def text(self) -> tuple[str, ...]:
-        """Sentences: the effects that were added, the reason for the end, the change of the error, and the last fit."""
+        """Sentences: the motion, the effects that were added, the reason for the end, the change of the error, and the
+        last fit."""
         return tuple(_improvement_sentences(self))
+
+    @property
+    def ending_text(self) -> tuple[str, ...]:
+        """The same from the reason for the end on."""
+        return tuple(_ending_sentences(self))
 
     def __str__(self) -> str:
         tables = (
@@ -280,6 +286,10 @@ def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
         yield f"Added: {about.title} ({effect}). {explained(about, result.model.effects[effect])}"
     if not result.added:
         yield "No effect was added; the values were fitted."
+    yield from result.ending_text
+
+
+def _ending_sentences(result: ImprovementResult) -> Iterator[str]:
     yield f"Improvement ended: {result.ended}."
     yield from _left_out_sentences(result)
     yield from gain(result.versions[0], result.versions[-1], result.earthquakes)
@@ -304,12 +314,16 @@ def _left_out_sentences(result: ImprovementResult) -> Iterator[str]:
     first, last = result.left_out[0], result.left_out[-1]
     yield (
         f"The error of the force in earthquakes left out in turn changes from {percent(first.error)} to "
-        f"{percent(last.error)}. These also decided which effects were added, so that the error in another earthquake "
-        "may be a little larger. The effects describe the layer; each may stand in for one that is not known."
+        f"{percent(last.error)}."
     )
+    yield "These also decided which effects were added, so that the error in another one may be a little larger."
+    yield "The effects describe the layer, and each may stand in for one that is not known."
     for effect, name in sorted(last.zero):
         meaning = parameter((effect, name)).meaning
-        yield f"{name} of {effect} ({meaning}) stays 0: no record makes it act, and beyond them it could be anything."
+        yield (
+            f"The term {name} of {effect} ({meaning}) stays 0: no record makes it act, and beyond them it could be "
+            "anything."
+        )
     strongest = max(result.earthquakes.fitted, key=_peak)
     reached = quantity(_peak(strongest), "m")
     most = max(_peak(one) for one in result.earthquakes.fitted if one.name != strongest.name)

@@ -16,7 +16,7 @@ from service.models.tables import ModelVersion
 from service.records.tables import Event
 
 ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
-FORECAST, SKETCH = "forecast", "sketch"
+FORECAST, SKETCH, IMPROVE = "forecast", "sketch", "improve"
 """Kinds of jobs: the first for an event, the last for a building, the others for a model."""
 UNDER_WAY = ("waiting", "running")
 """States of a job that has not ended."""

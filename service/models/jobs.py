@@ -21,7 +21,7 @@ from service.models import documents, store, texts
 from service.models.comparing import Comparison, compared, given, observed, observing, records
 from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
 from service.models.model_file import ModelFile
-from service.models.operations import add, diagnose, fit
+from service.models.operations import add, diagnose, fit, improve
 from service.models.results import as_json
 from service.models.sketch_results import document as sketch_document
 from service.models.store import Draft
@@ -81,6 +81,12 @@ def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, re
     return Fitted(done.model, " ".join(done.result.fit_text), as_json(documents.extension(done)))
 
 
+def improved(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:
+    """The model with the effects that diagnoses and earthquakes left out support; errors as of `fitted`."""
+    done = improve(model, parent, events, report_step)
+    return Fitted(done.model, " ".join(done.result.ending_text), as_json(documents.improvement(done)))
+
+
 def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Diagnosis:
     """Every effect that the model does not have, added to it and fitted to the events; errors as of `fitted`."""
     done = diagnose(model, parent, events, report_step)
@@ -117,6 +123,12 @@ def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
         lambda done, report_step: (effect, *_arguments(inputs, done, report_step)),
     )
     return _stages(inputs, fitting)
+
+
+def improvement_stages(inputs: WorkInputs) -> Sequence[Stage]:
+    """Stages of an improvement: each event, the improvement, then both versions against all events."""
+    improving = Stage(texts.IMPROVING, improved, lambda done, report_step: _arguments(inputs, done, report_step))
+    return _stages(inputs, improving)
 
 
 def diagnosis_stages(inputs: WorkInputs) -> Sequence[Stage]:
@@ -172,6 +184,12 @@ def store_fit(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence
 def store_extension(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
     """The version with the effect, its errors, and those of the one it came from."""
     _store(session, claim, inputs, done, _change(inputs, inputs.arguments["effect"]), now)
+
+
+def store_improvement(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
+    """The improved version, its errors, and those of the one it came from."""
+    made: Fitted = done[-3]
+    _store(session, claim, inputs, done, _change(inputs, ", ".join(made.document["taken"]) or None), now)
 
 
 def store_diagnosis(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:

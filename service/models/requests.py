@@ -17,7 +17,7 @@ from service.buildings import queries as building_queries
 from service.buildings.store import described
 from service.errors import ConflictError
 from service.jobs import queue as job_queue
-from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, SKETCH
+from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, IMPROVE, SKETCH
 from service.jobs.tables import Job
 from service.models import queries, store, texts
 from service.models.queries import DIRECTIONS
@@ -92,6 +92,16 @@ def extend(session: Session, model_id: int, wanted: EffectRequest, by: str, now:
         raise ConflictError(texts.has_effect(effect))
     arguments = _fitting(session, model, wanted) | {"effect": effect}
     return job_queue.enqueue_work(session, model, EXTEND, arguments, by, now)
+
+
+def improve(session: Session, model_id: int, wanted: FitRequest, by: str, now: datetime) -> Job:
+    """Queue an improvement by these events, or by all, except those held out.
+
+    Raises:
+        ConflictError: the events are refused as in `fit`.
+    """
+    model = queries.version(session, model_id)
+    return job_queue.enqueue_work(session, model, IMPROVE, _fitting(session, model, wanted), by, now)
 
 
 def diagnose(session: Session, model_id: int, wanted: FitRequest, by: str, now: datetime) -> Job:

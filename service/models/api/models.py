@@ -213,6 +213,24 @@ def extend(
 
 
 @router.post(
+    "/models/{model_id}/improvements",
+    operation_id="improve_model",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def improve(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
+    """Diagnose the model and add what it lacks, by turns: its next version, a draft, with its errors.
+
+    Where something unknown is missing, each event is left out in turn, and effects are added as long as those left out
+    are predicted better; that takes minutes. The job's `result` has the number of the version `made`, and of the `fit`
+    the effects `taken`, the errors in events `left_out` after each change, and all of it in words.
+    """
+    with sessions.begin() as session:
+        return _queued(requests.improve(session, model_id, wanted, by.name, datetime.now(UTC)), response)
+
+
+@router.post(
     "/models/{model_id}/diagnoses",
     operation_id="diagnose_model",
     status_code=202,

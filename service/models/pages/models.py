@@ -410,6 +410,16 @@ def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, for
     return _worked(request, model_id, sessions, by, form, work)
 
 
+@router.post("/models/{model_id}/improve")
+def improve(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
+    """Diagnose the model and add what it lacks, by turns, by all events except the held-out ones."""
+
+    def work(session: Session, wanted: FitForm, now: datetime) -> Job:
+        return requests.improve(session, model_id, wanted, by.name, now)
+
+    return _worked(request, model_id, sessions, by, form, work)
+
+
 @router.post("/models/{model_id}/sketch")
 def sketch(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Sketching) -> Response:
     """Sketch what the model lacks in all events except the held-out ones, and show the progress."""

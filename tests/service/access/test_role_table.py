@@ -177,6 +177,7 @@ POST /api/v1/models/{model_id}/accept
 POST /api/v1/models/{model_id}/comparisons
 POST /api/v1/models/{model_id}/diagnoses
 POST /api/v1/models/{model_id}/forecasts
+POST /api/v1/models/{model_id}/improvements
 POST /api/v1/models/{model_id}/sketches
 POST /api/v1/models/{model_id}/effects
 POST /api/v1/models/{model_id}/fits
@@ -192,6 +193,7 @@ POST /models/{model_id}/accept
 POST /models/{model_id}/compare
 POST /models/{model_id}/diagnose
 POST /models/{model_id}/forecast
+POST /models/{model_id}/improve
 POST /models/{model_id}/sketch
 POST /models/{model_id}/extend
 POST /models/{model_id}/fit

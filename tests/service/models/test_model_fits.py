@@ -72,6 +72,21 @@ def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
     assert (accepted["state"], accepted["errors"]) == ("current", extended["errors"])
 
 
+def test_an_improvement_adds_what_is_missing_and_says_how_it_ended(
+    api: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    without = create_model(api, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
+    job = finished_job(api, sessions, f"/api/v1/models/{without}/improvements", {"hold_out": [1]})
+    improved = api.get(f"/api/v1/models/{job['result']['made']}").json()
+    assert (job["kind"], improved["fitted_to"], improved["left_out"]) == ("improve", [2], [1])
+    assert job["result"]["fit"]["taken"] == ["bouc_wen"]
+    assert improved["change"] == "with bouc_wen, fitted to 1 event, 1 held out"
+    assert "Improvement ended: " in improved["outcome"]
+    assert "Improvement ended: " in api.get(f"/models/{improved['id']}").text
+    before, after = api.get(f"/api/v1/models/{improved['id']}/lineage").json()["items"]
+    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+
+
 REFUSED = (
     ({"hold_out": [1, 2]}, 409, "Every event is held out"),
     ({"events": [1], "hold_out": [1]}, 409, "Events 1 are both held out and fitted; choose one."),
