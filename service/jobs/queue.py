@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
-from sqlalchemy import and_, case, func, or_, select, update
-from sqlalchemy.orm import Session
+from sqlalchemy import and_, case, exists, func, or_, select, update
+from sqlalchemy.orm import Session, aliased
 
 from service.buildings.tables import Building
 from service.db.process_leases import is_wrong
@@ -104,16 +104,24 @@ def is_monitoring_pending(session: Session, building_id: int) -> bool:
 def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     """Take the most urgent job that no worker has; None if there is none.
 
-    Earthquakes that were just recorded come first, then what follows from them by itself, then what people requested.
-    Among equals the job with the fewest claims comes first, then the oldest. A job with WORN claims comes last.
+    Earthquakes that were just recorded come first, the strongest before all others, then what follows from them by
+    itself, then what people requested. The drift monitoring of a building whose earthquakes are all analysed precedes
+    them: its verdict and messages depend on it. Among equals the job with the fewest claims comes first, then the
+    stronger earthquake, then the oldest. A job with WORN claims comes last.
     """
     lapsed = and_(Job.state == "running", or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease)))
     worn = case((Job.claims >= WORN, 1), else_=0)
-    urgency = case((Job.asked_by.is_not(None), 2), (Job.kind == ANALYSE, 0), else_=1)
+    other, of_other = aliased(Job), aliased(Event)
+    own = (other.kind == ANALYSE, other.state.in_(UNDER_WAY), other.asked_by.is_(None))
+    is_pending = exists().where(of_other.id == other.event_id, of_other.building_id == Job.building_id, *own)
+    completes = and_(Job.kind == WATCH, ~is_pending)
+    urgency = case((Job.asked_by.is_not(None), 3), (completes, 0), (Job.kind == ANALYSE, 1), else_=2)
+    strength = func.coalesce(Event.recorded_peak, 0.0).desc()
     job = session.scalar(
         select(Job)
+        .outerjoin(Event, Event.id == Job.event_id)
         .where(or_(Job.state == "waiting", lapsed))
-        .order_by(worn, urgency, Job.claims, Job.id)
+        .order_by(worn, urgency, Job.claims, strength, Job.id)
         .limit(1)
         .with_for_update(skip_locked=True, of=Job)
     )

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from random import Random
 
-from sqlalchemy import Select, and_, exists, or_, select, update
+from sqlalchemy import Select, and_, case, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
-from service.buildings.recipient_rules import shown_address
+from service.buildings.recipient_rules import SEVERITIES, shown_address
 from service.db.process_leases import is_wrong
 from service.errors import ConflictError
 from service.language.choice import ENGLISH, Language, known
@@ -20,6 +20,8 @@ from service.notify.tables import Delivery, DeliveryAttempt, Message
 
 OPEN = ("waiting", "sending")
 """States of deliveries that have not ended."""
+URGENCY = {severity: place for place, severity in enumerate(reversed(SEVERITIES))}
+"""Place of a message among those that are due, by its severity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,7 @@ class Claim:
 
 
 def claim(session: Session, now: datetime, lease: timedelta, policy: RetryPolicy) -> Claim | None:
-    """Claim a due delivery and begin an attempt; None if there is none.
+    """Claim a due delivery and begin an attempt, of an alarm before all others; None if there is none.
 
     Messages of one key reach a recipient in order: each waits for the end of the one before.
     """
@@ -125,7 +127,7 @@ def _next(now: datetime, lease: timedelta, policy: RetryPolicy) -> Select[Delive
         .join(Delivery.message)
         .options(joinedload(Delivery.receiver, innerjoin=True))
         .where(or_(due, lapsed), ~earlier)
-        .order_by(Delivery.due_at, Delivery.id)
+        .order_by(case(URGENCY, value=Message.severity), Delivery.due_at, Delivery.id)
         .limit(1)
         .with_for_update(skip_locked=True, of=Delivery)
     )

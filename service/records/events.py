@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
+import numpy as np
 from sqlalchemy import ColumnElement, or_, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, undefer
@@ -89,6 +90,7 @@ def add(session: Session, event: Event, recording: Recording, traces: Sequence[T
         event.start = min(waveform.start for waveform in waveforms)
         event.end = max(_end(waveform) for waveform in waveforms)
         event.state, event.reason, event.updated_at = "gathering", None, now
+        event.recorded_peak = max((event.recorded_peak, *map(_peak, traces)), key=lambda one: one or 0.0)
 
 
 def remember_channels(session: Session, building_id: int, channels: Iterable[str]) -> None:
@@ -138,6 +140,14 @@ def at(
     return into
 
 
+def _peak(trace: Trace) -> float | None:
+    """m/s², largest deviation of an accelerometer from its mean."""
+    if trace.quantity != "acceleration" or not trace.numbers.size:
+        return None
+    numbers = trace.numbers.astype(np.float64)
+    return float(abs(trace.gain) * np.abs(numbers - numbers.mean()).max())
+
+
 def _ever_queued(session: Session, event: Event) -> bool:
     return session.scalar(select(Job.id).where(Job.event_id == event.id).limit(1)) is not None
 
@@ -149,6 +159,7 @@ def _merge(session: Session, event: Event, *, into: Event) -> None:
         if session.get(EventRecording, (into.id, link.recording_id)) is None:
             session.add(EventRecording(event_id=into.id, recording_id=link.recording_id))
         session.delete(link)
+    into.recorded_peak = max(into.recorded_peak, event.recorded_peak, key=lambda one: one or 0.0)
     session.flush()
     session.delete(event)
     session.flush()

@@ -166,6 +166,9 @@ class Event(Base):
     """`gathering` (files may be missing), `queued`, `analysed`, `refused` or `failed`."""
     reason: Mapped[str | None] = mapped_column(Text)
     """Reason of the rejection, or the failure."""
+    recorded_peak: Mapped[float | None]
+    """m/s², largest acceleration of any channel as recorded, which decides what is analysed first; None where no
+    accelerometer recorded, or an earlier version stored it."""
     created_at: Mapped[datetime]
     updated_at: Mapped[datetime]
     building: Mapped[Building] = relationship()

@@ -54,6 +54,31 @@ def test_a_job_is_claimed_once_oldest_first(sessions: sessionmaker[Session], que
     assert [held and held.job_id for held in claims] == [first, second, None]
 
 
+def test_the_strongest_earthquake_is_analysed_first(sessions: sessionmaker[Session], queue: Callable[..., int]) -> None:
+    jobs = [queue() for _ in range(4)]
+    with sessions.begin() as session:
+        for job, peak in zip(jobs, (None, 0.1, 3.0, 0.1), strict=True):
+            session.get_one(Job, job).event.recorded_peak = peak
+    claims = [claim(sessions) for _ in jobs]
+    assert [held and held.job_id for held in claims] == [jobs[2], jobs[1], jobs[3], jobs[0]]
+
+
+def test_a_building_is_compared_before_the_next_ones_earthquake_is_analysed(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    """The comparison is what a verdict and its messages wait for: in a great earthquake nobody would have one."""
+    last = queue()
+    with sessions.begin() as session:
+        other = Building(code="C", name="tower", created_at=NOW)
+        session.add(other)
+        session.flush()
+        own = session.get_one(Job, last).event.building_id
+        completing = job_queue.enqueue_monitoring(session, other.id, None, NOW).id
+        early = job_queue.enqueue_monitoring(session, own, None, NOW).id
+    claims = [claim(sessions) for _ in range(3)]
+    assert [held and held.job_id for held in claims] == [completing, last, early], "its own earthquakes come before it"
+
+
 def test_a_like_job_that_waits_is_enough(sessions: sessionmaker[Session], queue: Callable[..., int]) -> None:
     waiting = queue(estimator="cms")
     with sessions.begin() as session:

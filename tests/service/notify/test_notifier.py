@@ -76,8 +76,8 @@ class Stage:
         with self.sessions.begin() as session:
             recipients.add(session, self.building, rule, "engineer", NOW)
 
-    def put(self, printed: str, sequence: str = "new", key: str = "event/1") -> None:
-        one = MessageContent(key, self.building, "event", sequence, "note", printed, (printed,), link="/events/1")  # type: ignore[arg-type]
+    def put(self, printed: str, sequence: str = "new", key: str = "event/1", severity: str = "note") -> None:
+        one = MessageContent(key, self.building, "event", sequence, severity, printed, (printed,), link="/events/1")  # type: ignore[arg-type]
         with self.sessions.begin() as session:
             put(session, one, self.clock())
 
@@ -100,6 +100,15 @@ def stage(sessions: sessionmaker[Session]) -> Iterator[Stage]:
         building = building_store.add(session, SMALL, Path("/"), NOW).id
     with webhook_server() as program, mail_server() as box:
         yield Stage(sessions, building, program, box)
+
+
+def test_messages_go_out_in_the_order_of_their_severity(stage: Stage) -> None:
+    stage.add_recipient("webhook", stage.program.address + "/hook")
+    for number, severity in enumerate(("normal", "note", "alarm", "warning", "alarm")):
+        stage.put(f"{number} {severity}", key=f"event/{number}", severity=severity)
+        stage.clock.on(1)
+    stage.notifier.run_until_idle()
+    assert [one for one, _ in stage.received()] == ["2 alarm", "4 alarm", "3 warning", "1 note", "0 normal"]
 
 
 def test_every_receiver_gets_it_and_every_attempt_is_kept(stage: Stage) -> None:

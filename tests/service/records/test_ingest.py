@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 from io import BytesIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 from monitoring_server import LOCATIONS, START, building_file, miniseed, stream
 from obspy import Inventory, UTCDateTime
@@ -68,6 +69,17 @@ def test_a_whole_event_is_queued_at_once(sessions: sessionmaker[Session], bring:
         for waveform, trace in zip(stored, traces, strict=True):
             assert (decode(waveform.samples) == trace.data).all()
             assert waveform.start == START
+
+
+def test_an_event_has_the_largest_acceleration_of_its_files(sessions: sessionmaker[Session], bring: Bring) -> None:
+    for location in LOCATIONS:
+        bring(miniseed(stream(locations=(location,))), f"{location}.mseed")
+    with sessions() as session:
+        waveforms = session.scalars(select(Waveform).options(undefer(Waveform.samples))).all()
+        pieces = [one.gain * decode(one.samples).astype(float) for one in waveforms]
+        expected = max(np.abs(piece - piece.mean()).max() for piece in pieces)
+        assert session.scalars(select(Event.recorded_peak)).one() == pytest.approx(expected, rel=1e-12)
+        assert expected > 0
 
 
 def test_the_same_bytes_twice_change_nothing(sessions: sessionmaker[Session], bring: Bring) -> None:
