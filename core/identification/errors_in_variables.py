@@ -13,6 +13,7 @@ from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Vector
 from core.optimisation import Damping, GainRatioDamping, Quadratic, Step, lower_point, minimised
+from core.signals.spectra import squared
 
 RESIDUAL_TERMS = 4
 """Residual terms of a floor: 1 for its gain relative to the base slab's; ω², iω³ and ω⁴ for the stiffness, dashpots
@@ -235,7 +236,7 @@ def cost(transfer: ModalTransfer, lines: NoisySpectra) -> float:
     if not (np.all(transfer.damping_ratio > 0) and np.all(transfer.angular_frequency > 0)):
         return np.inf
     basis = basis_functions(transfer, lines.angular_frequency)
-    return float(np.sum(np.abs(profiled_base_motion(transfer, basis, lines)[1]) ** 2))
+    return float(np.sum(squared(profiled_base_motion(transfer, basis, lines)[1])))
 
 
 def profiled_base_motion(
@@ -251,7 +252,7 @@ def profiled_base_motion(
     z = np.divide(lines.spectra, noise, order="C")
     if transfer.transient.size:
         z[1:] -= (transfer.transient @ basis.transient) * late
-    a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(g.real**2 + g.imag**2, axis=0))
+    a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(squared(g), axis=0))
     return a, np.asarray(z - g * a), np.asarray(g)
 
 
@@ -264,7 +265,7 @@ def cost_expansion(transfer: ModalTransfer, lines: NoisySpectra) -> CostExpansio
     """
     basis = basis_functions(transfer, lines.angular_frequency)
     a, r, g = profiled_base_motion(transfer, basis, lines)
-    length = np.sqrt(np.sum(np.abs(g) ** 2, axis=0))
+    length = np.sqrt(np.sum(squared(g), axis=0))
     count = transfer.parameters.size
     gradient, information = np.zeros(count), np.zeros((count, count))
     noise = np.zeros((count, count))
@@ -277,7 +278,7 @@ def cost_expansion(transfer: ModalTransfer, lines: NoisySpectra) -> CostExpansio
         noise_along[own] += of_g * (g[floor].conj() / length**2)
     information -= _gram(along)
     hessian = information - noise + _gram(noise_along)
-    return CostExpansion(float(np.sum(np.abs(r) ** 2)), gradient, information, hessian)
+    return CostExpansion(float(np.sum(squared(r))), gradient, information, hessian)
 
 
 def floor_derivatives(

@@ -18,6 +18,7 @@ from core.identification.errors_in_variables import (
     floor_derivatives,
     profiled_base_motion,
 )
+from core.signals.spectra import squared
 
 FREQUENCY_STEP = 1.06
 """Ratio of one trial frequency to the previous one: about the half-power bandwidth at the trial damping ratio."""
@@ -140,7 +141,7 @@ def _trial_modes(fit: TransferFit, lines: NoisySpectra, frequencies: Vector) -> 
     w = lines.angular_frequency
     basis = basis_functions(fit.transfer, w)
     a, r, g = profiled_base_motion(fit.transfer, basis, lines)
-    square, w_c = np.sum(np.abs(g) ** 2, axis=0), frequencies[:, None]
+    square, w_c = np.sum(squared(g), axis=0), frequencies[:, None]
     mode: ComplexMatrix = np.multiply(w**2, np.reciprocal(w_c**2 - w**2 + 2j * TRIAL_DAMPING_RATIO * w_c * w))
     weight = np.asarray(a * delay_factor(fit.transfer, w) / lines.noise[1:, None])
     score = (mode.conj() @ (weight.conj() * r[1:]).T).real
@@ -162,7 +163,7 @@ def _trial_modes(fit: TransferFit, lines: NoisySpectra, frequencies: Vector) -> 
 def _own_information(mode: ComplexMatrix, weight: ComplexMatrix, g: ComplexMatrix, square: Vector) -> Matrix:
     """(trials, floors, floors) JᵀJ of the coefficients of each trial mode."""
     floors = len(weight)
-    pairs = np.eye(floors)[..., None] * np.abs(weight) ** 2 - (
+    pairs = np.eye(floors)[..., None] * squared(weight) - (
         weight.conj()[:, None] * g[1:, None] * g[None, 1:].conj() * weight[None] / square
     )
-    return np.asarray((np.abs(mode) ** 2 @ pairs.real.reshape(floors**2, -1).T).reshape(-1, floors, floors))
+    return np.asarray((squared(mode) @ pairs.real.reshape(floors**2, -1).T).reshape(-1, floors, floors))

@@ -3,6 +3,8 @@
 Nigam and Jennings (1969), as one recursive filter per oscillator. `eqsig` takes the same steps in a Python loop.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 
@@ -27,14 +29,9 @@ def oscillator_motion(
     Returns:
         Two (..., n) arrays, m and m/s.
     """
-    transition, inputs = _step(rate, angular_frequency, damping_ratio)
-    trace, determinant = np.trace(transition), np.linalg.det(transition)
-    others = transition - trace * np.eye(2)
-    before, now = inputs.T
-    numerators = np.column_stack([now, before + others @ now, others @ before])
-    denominator = [1.0, -trace, determinant]
-    displacement: Samples = scipy.signal.lfilter(numerators[0], denominator, acceleration)
-    velocity: Samples = scipy.signal.lfilter(numerators[1], denominator, acceleration)
+    of_displacement, of_velocity, denominator = _filters(rate, angular_frequency, damping_ratio)
+    displacement: Samples = scipy.signal.lfilter(of_displacement, denominator, acceleration)
+    velocity: Samples = scipy.signal.lfilter(of_velocity, denominator, acceleration)
     return displacement, velocity
 
 
@@ -47,8 +44,20 @@ def response_spectrum(acceleration: Vector, rate: float, periods: Vector) -> Vec
         periods: (k,) s.
     """
     angular = 2 * np.pi / periods
-    peaks = [np.abs(oscillator_motion(acceleration, rate, one, DAMPING)[0]).max() for one in angular]
+    filters = [_filters(rate, float(one), DAMPING) for one in angular]
+    peaks = [np.abs(scipy.signal.lfilter(own, denominator, acceleration)).max() for own, _, denominator in filters]
     return np.asarray(angular**2 * peaks)
+
+
+@lru_cache(1024)  # the response spectra of every event have the same periods
+def _filters(rate: float, angular_frequency: float, damping_ratio: float) -> tuple[Vector, Vector, Vector]:
+    """(3,) numerators of the displacement and of the velocity, and (3,) denominator, of the recursive filters."""
+    transition, inputs = _step(rate, angular_frequency, damping_ratio)
+    trace, determinant = np.trace(transition), np.linalg.det(transition)
+    others = transition - trace * np.eye(2)
+    before, now = inputs.T
+    of_displacement, of_velocity = np.column_stack([now, before + others @ now, others @ before])
+    return of_displacement, of_velocity, np.array([1.0, -trace, determinant])
 
 
 def _step(rate: float, angular_frequency: float, damping_ratio: float) -> tuple[Matrix, Matrix]:

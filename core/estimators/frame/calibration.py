@@ -10,6 +10,7 @@ from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, ev
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
 from core.estimators.frame.model import Superstructure
 from core.optimisation import Damping, FactorDamping, Quadratic, Step, lower_point, minimised
+from core.signals.spectra import squared
 
 STEPS = 60
 """Largest number of Levenberg-Marquardt steps. A choice."""
@@ -205,9 +206,8 @@ def _strengths(here: Evaluation) -> tuple[Matrix, Matrix]:
     alone[:, 1:] = factor.T[:, :, None] / np.sqrt(lines.colour)
     alone = here.whitened.of(alone)
     share, through = DYNAMIC_SHARE, here.unmodelled
-    met = np.abs(np.einsum("icl,cl->il", through.conj(), here.residual)) ** 2
-    met_alone = np.abs(np.einsum("icl,cl->il", alone.conj(), here.residual)) ** 2
-    size, size_alone = (np.sum(np.abs(each) ** 2, axis=1) for each in (through, alone))
+    met, met_alone = (squared(np.einsum("icl,cl->il", each.conj(), here.residual)) for each in (through, alone))
+    size, size_alone = (np.sum(squared(each), axis=1) for each in (through, alone))
     return (
         np.array([met[0], share * met[1:].sum(axis=0) + (1 - share) * met_alone.sum(axis=0)]),
         np.array([size[0], share * size[1:].sum(axis=0) + (1 - share) * size_alone.sum(axis=0)]),

@@ -27,6 +27,7 @@ from core.estimators.frame.likelihood import (
 )
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Layout, Superstructure, superstructure
+from core.signals.spectra import squared
 
 BLOCK = 1800
 """Lines whose derivatives are computed at once. Measured with the 3,563 lines of a record of 180 s: in blocks of 500,
@@ -165,7 +166,7 @@ def _weighed(
     lines, hypothesis = problem.lines, problem.hypothesis
     whitened = _whitened(problem, given, variances)
     residual, amplitude = projected(whitened, lines.scaled - free_vibration)
-    misfit = np.sum(residual.real**2 + residual.imag**2, axis=0)
+    misfit = np.sum(squared(residual), axis=0)
     cost = float(misfit.sum()) + hypothesis.penalty(parameters)
     if hypothesis.is_random:
         log_determinant = whitened.log_determinant + _log_power(whitened, given.base if along is None else along)
@@ -234,7 +235,7 @@ def _add_base_driven_lines(here: Evaluation, descent: Vector, normal: Matrix) ->
     flat = _real(floors)
     descent[moving] += 2 * flat @ _real(here.residual[None, 1:])[0]
     block = flat @ flat.T
-    base = np.flatnonzero(np.isin(moving, [layout.gains.start, layout.delays.start]))
+    base = np.flatnonzero((moving == layout.gains.start) | (moving == layout.delays.start))
     if base.size:
         by_gain = here.amplitude * here.given.base[0]
         shown = np.where(moving[base, None] == layout.gains.start, by_gain, -1j * lines.angular * by_gain)
@@ -257,7 +258,7 @@ def _whitened(problem: Problem, given: Responses, variances: Variances) -> White
     if not problem.hypothesis.is_random:
         return by_noise_alone(given.base)
     scale = problem.lines.scale
-    local = local_covariance(problem.design)[:, :, None] * scale[:, None] * scale
+    local = local_covariance(problem.design)[1:, 1:, None] * scale[1:, None] * scale[1:]
     rocking, floors = variances.at(problem.lines)
     return whitened_by(variance_at(given, rocking, floors / DYNAMIC_SHARE, local, DYNAMIC_SHARE), given.base)
 
@@ -311,7 +312,7 @@ def _base_driven_derivatives(here: Evaluation) -> ComplexTensor:
 def _log_power(whitened: Whitened, along: ComplexMatrix) -> Vector:
     """(lines,) log hᴴ V⁻¹ h."""
     white = whitened.without_projection(along[None])[0]
-    return np.asarray(np.log(np.sum(np.abs(white) ** 2, axis=0)))
+    return np.asarray(np.log(np.sum(squared(white), axis=0)))
 
 
 def _real(series: ComplexTensor | ComplexMatrix) -> Matrix:

@@ -50,7 +50,8 @@ class Whitened:
     """The lines as independent unit variables, without h."""
 
     whitening: ComplexTensor | None
-    """(channels, channels, lines) W, lower triangular; None where V is the noise alone, of which all is in units."""
+    """(channels - 1, channels - 1, lines) W of the floors, lower triangular; None where V is the noise alone, of which
+    all is in units, as at the base slab's channel."""
     direction: ComplexMatrix
     """(channels, lines) W h, of unit length."""
     length: Vector
@@ -70,14 +71,16 @@ class Whitened:
 
     def without_projection(self, series: ComplexTensor) -> ComplexTensor:
         """(k, channels, lines) whitened."""
-        return series if self.whitening is None else _lower_times(self.whitening, series)
+        return series if self.whitening is None else _floors_by(self.whitening, series)
 
     def back(self, white: ComplexTensor) -> ComplexTensor:
         """(k, channels, lines) Wᴴ times whitened series: P times the series themselves."""
         if self.whitening is None:
             return white
         transposed = self.whitening.conj().swapaxes(0, 1)[::-1, ::-1]  # lower triangular in reversed order
-        return _lower_times(transposed, white[:, ::-1])[:, ::-1]
+        back = white.copy()
+        back[:, 1:] = _lower_times(transposed, white[:, :0:-1])[:, ::-1]
+        return back
 
 
 def responses(
@@ -108,34 +111,37 @@ def responses(
 def variance_at(
     given: Responses, rocking: Vector, floors: Vector, local: Tensor, dynamic_share: float
 ) -> ComplexTensor:
-    """(channels, channels, lines) V.
+    """(channels - 1, channels - 1, lines) V of the floors; the base slab's channel shows no such motion.
 
     Args:
         given: responses.
         rocking: (lines,) variance of the rocking.
         floors: (lines,) variance of the floors' own motion.
-        local: (channels, channels, lines) covariance of a motion seen at sensors alone, over the noise.
+        local: (channels - 1, channels - 1, lines) covariance of a motion seen at sensors alone, over the noise.
         dynamic_share: of the floors' own motion that acts through the structure; the rest is local.
     """
-    _, rocked_by, moved_by = np.split(given.acting, [1, 2])
-    through = np.einsum("icl,idl->cdl", moved_by, moved_by.conj())
-    rocked = np.einsum("icl,idl->cdl", rocked_by, rocked_by.conj())
-    own = dynamic_share * through + (1 - dynamic_share) * local
-    return np.asarray(rocking * rocked + floors * own + np.eye(len(local))[:, :, None])
+    variance = (floors * (1 - dynamic_share) * local).astype(complex)
+    for row, column in zip(*np.tril_indices(len(local)), strict=True):
+        met = given.acting[1:, 1 + row] * given.acting[1:, 1 + column].conj()
+        variance[row, column] += rocking * met[0] + floors * dynamic_share * met[1:].sum(axis=0)
+        variance[column, row] = variance[row, column].conj()
+        if row == column:
+            variance[row, row] += 1.0
+    return np.asarray(variance)
 
 
 def whitened_by(variance: ComplexTensor, base: ComplexMatrix) -> Whitened:
     """Whitening by the inverse of V's Cholesky factor.
 
     Args:
-        variance: (channels, channels, lines) V.
+        variance: (channels - 1, channels - 1, lines) V of the floors.
         base: (channels, lines) h.
 
     Raises:
         LinAlgError: a V is not positive definite.
     """
     whitening = _inverse_cholesky(variance)
-    direction = _lower_times(whitening, base[None])[0]
+    direction = _floors_by(whitening, base[None])[0]
     length = np.linalg.norm(direction, axis=0)
     diagonal = np.einsum("ccl->cl", whitening).real
     return Whitened(whitening, direction / length, length, -2 * np.log(diagonal).sum(axis=0))
@@ -155,6 +161,13 @@ def _inverse_cholesky(variance: ComplexTensor) -> ComplexTensor:
         inverse[row, :row] = -np.einsum("kl,kcl->cl", factor[row, :row], inverse[:row, :row])
         inverse[row, : row + 1] /= np.sqrt(pivot)
     return inverse
+
+
+def _floors_by(whitening: ComplexTensor, series: ComplexTensor) -> ComplexTensor:
+    """(k, channels, lines) the floors whitened, the base slab as it is."""
+    white = np.empty_like(series)
+    white[:, 0], white[:, 1:] = series[:, 0], _lower_times(whitening, series[:, 1:])
+    return white
 
 
 def _lower_times(lower: ComplexTensor, series: ComplexTensor) -> ComplexTensor:

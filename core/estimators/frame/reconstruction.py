@@ -11,6 +11,7 @@ from core.estimators.frame.free_vibration import floors_free_vibration
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Responses, responses, static_flexibility
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Superstructure, rigid_motion
+from core.signals.spectra import squared
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,11 +55,11 @@ def line_weights(model: LinearModel) -> LineWeights:
     local, carried = _local(model), structure.mass @ static_flexibility(design)
     crossed = np.einsum("il,icl->lc", inertia, weighted.conj())
     crossed[:, 1:] -= local[:, None] * carried[design.measured]
-    prior = np.sum(np.abs(inertia) ** 2 * variance, axis=0) + local * (carried @ structure.mass)
+    prior = np.sum(squared(inertia) * variance, axis=0) + local * (carried @ structure.mass)
     inverse = np.linalg.inv(_covariance(model, given.acting, weighted))
     force = np.einsum("lc,lcd->ld", crossed, inverse)
     base = np.einsum("cl,lcd->ld", weighted[0].conj(), inverse)
-    noise = np.sum(np.abs(force) ** 2 * lines.noise_at.T, axis=1)
+    noise = np.sum(squared(force) * lines.noise_at.T, axis=1)
     posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
     return LineWeights(force, base, noise, np.maximum(posterior - noise, 0.0))
 
@@ -70,8 +71,8 @@ def _base_driven_weights(model: LinearModel) -> LineWeights:
     variance = 1 / (1 / lines.base_power + np.sum(given.base * weighed, axis=0).real)
     base, inertia = variance * weighed, _inertia(model, given)[0]
     force = inertia * base
-    noise = np.sum(np.abs(force) ** 2 * lines.noise_at, axis=0)
-    return LineWeights(force.T, base.T, noise, np.maximum(np.abs(inertia) ** 2 * variance - noise, 0.0))
+    noise = np.sum(squared(force) * lines.noise_at, axis=0)
+    return LineWeights(force.T, base.T, noise, np.maximum(squared(inertia) * variance - noise, 0.0))
 
 
 def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -> ComplexTensor:
