@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,8 +23,20 @@ NOISE = 0.01
 """Noise over each channel's root mean square."""
 START = datetime(2026, 1, 1, tzinfo=UTC)
 FLOORS = tuple(f"{number}F" for number in range(2, 9))
-GOAL = 0.3
-"""s."""
+ONE, TWO, EVERY = "5 channels, one direction", "10 channels, two directions", "20 channels, two directions"
+GOALS: Mapping[str, float] = MappingProxyType({ONE: 0.3, TWO: 0.6})
+"""s, by the event's name; more channels have none."""
+BEFORE: Mapping[str, float] = MappingProxyType(
+    {
+        f"cms: {ONE}": 0.432,
+        f"cms: {TWO}": 0.784,
+        f"cms: {EVERY}": 1.475,
+        f"smoother: {ONE}": 1.008,
+        f"smoother: {TWO}": 2.961,
+        f"smoother: {EVERY}": 7.767,
+    }
+)
+"""s, as measured when the goals were set."""
 FLEET, CORES, WITHIN = 10_000, 8, 30.0
 """Buildings with one event each, on so many cores, in so many minutes."""
 
@@ -35,9 +48,9 @@ def tables() -> Iterator[Table]:
     paper, every = (FOURTH_STOREY, 6), tuple(range(7))
     yield table(
         {
-            "5 channels, one direction": event(ground, response, paper, ("x",)),
-            "10 channels, two directions": event(ground, response, paper, ("x", "y")),
-            "20 channels, two directions": event(ground, response, every, ("x", "y")),
+            ONE: event(ground, response, paper, ("x",)),
+            TWO: event(ground, response, paper, ("x", "y")),
+            EVERY: event(ground, response, every, ("x", "y")),
         },
         response.force,
         Limits(),
@@ -76,23 +89,38 @@ def table(events: Mapping[str, Event], truth: Vector, limits: Limits, rounds: in
         title="One event of 180 s at 100 Hz",
         about=(
             "core.analysis.analyse: screening, identification, restoring force, motion of the layer, every cycle's "
-            f"stiffness and damping. AKT013 scaled to 70 gal, 1 % noise. Goal: {1e3 * GOAL:g} ms, what misses it is "
-            f"**bold**; {FLEET:,} buildings' events of one direction within {WITHIN:g} min on {CORES} cores."
+            f"stiffness and damping. AKT013 scaled to 70 gal, 1 % noise. What misses its goal is **bold**; "
+            f"{FLEET:,} buildings' events within {WITHIN:g} min on {CORES} cores."
         ),
-        columns=("estimator: record", "ms", f"{FLEET:,} on {CORES} cores, min", "MB", "fit of F, %", "cycles"),
+        columns=(
+            "estimator: record",
+            "ms",
+            "goal, ms",
+            "when the goals were set, ms",
+            f"{FLEET:,} on {CORES} cores, min",
+            "MB",
+            "fit of F, %",
+            "cycles",
+        ),
         rows=tuple(row(name, trial, truth) for name, trial in trials(ways, limits, rounds).items()),
-        remark=f"The minutes are the milliseconds times {FLEET:,} / {CORES}: the database is extra.",
+        remark=(
+            f"The minutes are the milliseconds times {FLEET:,} / {CORES}: the database is extra. The times when the "
+            "goals were set are of another day."
+        ),
     )
 
 
 def row(name: str, trial: Trial[EventAnalysis] | Refusal, truth: Vector) -> tuple[str, ...]:
     """Time and memory of one analysis, and its result in direction x."""
     if isinstance(trial, Refusal):
-        return (name, trial.reason, "", "", "", "")
+        return (name, trial.reason, "", "", "", "", "", "")
     found = trial.result.directions["x"]
     minutes = trial.seconds * FLEET / CORES / 60
     fit = fitting_rate(truth, found.restoring_force.force)
     cycles = sum(len(direction.equivalent) for direction in trial.result.directions.values())
+    goal = GOALS.get(name.partition(": ")[2])
     taken = f"{1e3 * trial.seconds:.0f}"
-    shown = taken if trial.seconds <= GOAL else f"**{taken}**"
-    return (name, shown, f"{minutes:.1f}", f"{trial.megabytes:.0f}", f"{fit:.1f}", f"{cycles}")
+    shown = taken if goal is None or trial.seconds <= goal else f"**{taken}**"
+    before = f"{1e3 * BEFORE[name]:.0f}" if name in BEFORE else ""
+    aim = "" if goal is None else f"{1e3 * goal:.0f}"
+    return (name, shown, aim, before, f"{minutes:.1f}", f"{trial.megabytes:.0f}", f"{fit:.1f}", f"{cycles}")
