@@ -9,7 +9,7 @@ from datetime import timedelta
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from threading import Event as Signal, Timer
+from threading import Event as Signal, Thread
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from service.jobs import queue as job_queue, requests as job_requests
 from service.jobs.executors import end, in_processes, local_processes
 from service.jobs.stages import Note
 from service.jobs.tables import Job
-from service.jobs.worker import WARMED_AFTER, Worker
+from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.models.warming import warm
 from service.records.ingest import ingest
@@ -38,6 +38,8 @@ from service.version import VERSION
 
 NOW = paper_records.START + timedelta(days=1)
 SETTINGS = Settings(workers=1)
+PATIENCE = 240.0
+"""s for a process to begin, or to load and compile everything, on a machine with other work."""
 
 
 @pytest.fixture
@@ -261,18 +263,20 @@ def test_stopping_puts_claims_back_at_once(sessions: sessionmaker[Session], even
         assert job_queue.claim(session, NOW, timedelta(minutes=1))
 
 
-def test_a_process_is_free_for_jobs_while_another_compiles(sessions: sessionmaker[Session]) -> None:
+@pytest.mark.sqlite  # no query is behind it
+def test_a_process_is_free_for_jobs_while_another_compiles(sessions: sessionmaker[Session], tmp_path: Path) -> None:
+    os.mkfifo(compiler := tmp_path / "compiler")  # whoever reads it waits for somebody who writes
     settings = SETTINGS.model_copy(update={"jobs": SETTINGS.jobs.model_copy(update={"workers": 2, "warm": True})})
     processes = local_processes(2)
     end(processes, settings)
-    idle = Worker(sessions, processes, settings, KINDS, warming=partial(time.sleep, 20.0))
+    idle = Worker(sessions, processes, settings, KINDS, warming=partial(Path.read_bytes, compiler))
     try:
-        processes().submit(os.getpid).result(60.0)
+        processes().submit(os.getpid).result(PATIENCE)
         idle.warm()
         idle.warm()
         first = idle.first_warmed
         assert first is not None
-        processes().submit(os.getpid).result(15.0)
+        processes().submit(os.getpid).result(PATIENCE)
         assert not first.done(), "the other process compiles"
         assert not idle.is_warm
     finally:
@@ -284,22 +288,30 @@ def test_processes_load_what_an_analysis_needs() -> None:
     end(processes, SETTINGS)
     try:
         in_processes(processes, load, 1)
-        modules = processes().submit(eval, "set(__import__('sys').modules)").result(120.0)
+        modules = processes().submit(eval, "set(__import__('sys').modules)").result(PATIENCE)
         assert modules >= {"core.analysis", "core.estimators.cms", "scipy.signal", "scipy.interpolate"}
     finally:
         end(processes, SETTINGS)
 
 
+@pytest.mark.sqlite
 def test_processes_of_an_idle_worker_load_what_a_diagnosis_needs(sessions: sessionmaker[Session]) -> None:
     processes = local_processes(1)
     end(processes, SETTINGS)
     settings = Settings(jobs={"workers": 1, "warm": True})  # as a service has it unless it is told otherwise
     idle, stop = Worker(sessions, processes, settings, KINDS, warming=warm), Signal()
-    ending = Timer(1.5 * WARMED_AFTER, stop.set)
+
+    def end_once_warm() -> None:
+        latest = time.monotonic() + PATIENCE
+        while not idle.is_warm and time.monotonic() < latest:
+            time.sleep(0.05)
+        stop.set()
+
+    ending = Thread(target=end_once_warm)
     ending.start()
     try:
         idle.run(stop)
-        modules = processes().submit(eval, "set(__import__('sys').modules)").result(120.0)
+        modules = processes().submit(eval, "set(__import__('sys').modules)").result(PATIENCE)
         assert modules >= {"core.model.force_kernels", "service.models.figures", "service.models.jobs"}
     finally:
         ending.join()
