@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
+from importlib import import_module
 from threading import Event as Signal
 from time import monotonic
 from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -18,7 +19,7 @@ from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.sessions import reading
-from service.formats import FormatError, Gain, Trace
+from service.formats import FormatError, Gain, Trace, UnknownUnitError
 from service.jobs import queue as job_queue
 from service.parsing import ParserDiedError, ParserFailedError
 from service.records import events
@@ -30,7 +31,7 @@ from service.records.streams import earthquakes, flow, ring
 from service.records.streams.earthquakes import Cut, Shaking
 from service.records.streams.packets import Packet, examined, traces
 from service.records.streams.seedlink import Connection, Received, Server
-from service.records.tables import Event, Packet as Kept, StreamState
+from service.records.tables import Event, StreamState
 from service.records.trigger import TriggerSettings, Window
 from service.settings import Settings
 
@@ -46,7 +47,7 @@ WAIT = 1.0
 """s for which packets are collected at most before they are kept."""
 LOOK = 2.0
 """s between two looks at the packets by the trigger, or SHARE times as long as the last one took."""
-SHARE = 10
+SHARE = 2
 SETTLED = timedelta(seconds=5)
 """Time without a late packet after which an earthquake is cut anew, with those that came. Not tuned."""
 RETRY, LONGEST_RETRY = 1.0, 60.0
@@ -79,9 +80,12 @@ class Follower:
     looked: float = -float("inf")
     took: float = 0.0
     """s that the last look took."""
+    failures: int = 0
+    """Looks in a row that failed."""
 
     def run(self) -> None:
         """Connect, follow, and connect anew where the connection ends; nothing but `stop` ends it."""
+        import_module("obspy.signal.trigger")  # it takes seconds, which the first earthquake should not wait for
         failures = 0
         while not self.stop.is_set():
             begun = monotonic()
@@ -146,7 +150,7 @@ class Follower:
         with self.sessions.begin() as session:
             if not process_leases.hold(session, LEASE + self.building.code, self.holder, now, LEASE_TIME):
                 raise TakenError
-            ring.trim(session, self.building.id, now - keep)
+            ring.trim(session, now - keep)
             state = stream_state(session, self.building.id)
             cuts = earthquakes.read_cuts(state.cuts)
             state.cuts = earthquakes.written_cuts(one for one in cuts if one.end > now - keep)
@@ -198,8 +202,22 @@ class Follower:
         state.channels = flow.written(flow.flowed(flow.read(state.channels), usable, now))
 
     def look(self) -> None:
-        """Look at what came since the last look; cut out the earthquakes that are over."""
-        begun, now = monotonic(), self.clock()
+        """Look at what came since the last look; cut out the earthquakes that are over.
+
+        What the parser fails at is looked at again, as often as a job is attempted.
+        """
+        begun = monotonic()
+        try:
+            self._look()
+        except (FormatError, ParserDiedError, ParserFailedError) as error:
+            self.failures += 1
+            log.warning("the packets of %s cannot be read together: %s", self.building.code, error)
+        else:
+            self.failures = 0
+        self.looked, self.took = monotonic(), monotonic() - begun
+
+    def _look(self) -> None:
+        now = self.clock()
         with reading(self.sessions)() as session:
             state = session.get(StreamState, self.building.id)
             if state is None:
@@ -207,8 +225,7 @@ class Follower:
             new = ring.since(session, self.building.id, state.looked)
             last = max((one.id for one in new), default=state.looked)
             shaking, cuts = earthquakes.read_shaking(state.shaking), earthquakes.read_cuts(state.cuts)
-            received = session.scalar(select(func.max(Kept.received_at)).where(Kept.building_id == self.building.id))
-        silence = now - received if received is not None else timedelta(0)
+            silence = now - state.received_at if state.received_at is not None else timedelta(0)
         cuts = earthquakes.with_late(cuts, new)
         known = [one.window for one in shaking]
         going, over = self._earthquakes(earthquakes.areas(new, known), known, cuts, silence)
@@ -226,7 +243,6 @@ class Follower:
             for one in going:
                 if one.largest >= self.settings.stream.announced:
                     self._announce(session, one, now)
-        self.looked, self.took = monotonic(), monotonic() - begun
 
     def _earthquakes(
         self,
@@ -261,8 +277,12 @@ class Follower:
             return ()
         try:
             return traces(data, self.described.description.channels, self.gains, parsing.limits(self.settings))
-        except (FormatError, ParserDiedError, ParserFailedError) as error:
-            log.warning("the packets of %s since %s cannot be read together: %s", self.building.code, start, error)
+        except UnknownUnitError:
+            return ()
+        except (FormatError, ParserDiedError, ParserFailedError):
+            if self.failures + 1 < self.settings.jobs.attempts:
+                raise
+            log.warning("an earthquake in the packets of %s since %s would not be seen", self.building.code, start)
             return ()
 
     def _cut(self, window: Window) -> None:

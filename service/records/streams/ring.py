@@ -16,6 +16,9 @@ from service.records.tables import Packet as Kept
 LARGEST_SEQUENCE = 2**63 - 1
 """The database's largest integer; SeedLink 4 means "unknown" by the largest ones."""
 
+TRIMMED = 500
+"""Packets that are removed at a time. Every stream removes as many every 15 s, and brings fewer. Not tuned."""
+
 
 def keep(session: Session, building: Building, packets: Sequence[Packet], now: datetime) -> frozenset[str]:
     """Keep the packets that the building does not have yet; returns the digests of these."""
@@ -55,6 +58,9 @@ def between(session: Session, building_id: int, start: datetime, end: datetime) 
     return b"".join(session.scalars(select(Kept.data).where(*within).order_by(Kept.channel, Kept.start, Kept.id)))
 
 
-def trim(session: Session, building_id: int, before: datetime) -> None:
-    """Remove the packets that came before a time."""
-    session.execute(delete(Kept).where(Kept.building_id == building_id, Kept.received_at < before))
+def trim(session: Session, before: datetime) -> None:
+    """Remove the oldest packets, of all buildings, if they came before a time; TRIMMED of them at most."""
+    oldest = select(Kept.id, Kept.received_at).order_by(Kept.id).limit(TRIMMED).with_for_update(skip_locked=True)
+    old = [number for number, received_at in session.execute(oldest) if received_at < before]
+    if old:
+        session.execute(delete(Kept).where(Kept.id.in_(old)))
