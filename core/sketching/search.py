@@ -7,7 +7,7 @@ or in parts of one, to which nothing was fitted.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from scipy import linalg
@@ -29,6 +29,9 @@ LEAST_SHARE = 0.05
 few percent to the best of all terms."""
 SIMPLER = 0.1
 """Share of the excess error by which a simpler law may fall behind. A choice."""
+FIRST_MOVE, MOVES = 1.3, 4
+"""Factor on a term's own value in the first of so many rounds of refinement; its root is taken after each. A choice:
+starts are a factor of two apart."""
 PARTS = 5
 """Parts of a single earthquake, for the validation. A choice."""
 ALIKE = 0.98
@@ -77,22 +80,25 @@ class Sketched:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """Best laws by their number of terms."""
+    """Best laws by their number of terms: of each number that which takes most, and that which predicts most."""
 
     by_size: tuple[Sketched, ...]
+    """The simplest first."""
     noise_ratio: float
     """Noise ratio of the model without a sketch."""
 
     @property
-    def proposed(self) -> Sketched | None:
-        """The simplest law that predicts nearly as much as the best; None if none is supported."""
-        supported = [
+    def supported(self) -> tuple[Sketched, ...]:
+        """Laws in the order in which they are tried: the simplest that predicts nearly as much as the best, then the
+        others, those that predict most first."""
+        left = [
             one for one in self.by_size if one.delta_bic < -DECISIVE and one.taken > LEAST_SHARE and one.predicted > 0
         ]
-        if not supported:
-            return None
-        best = max(one.predicted for one in supported)
-        return next(one for one in supported if one.predicted >= best - SIMPLER)
+        if not left:
+            return ()
+        best = max(one.predicted for one in left)
+        first = next(one for one in left if one.predicted >= best - SIMPLER)
+        return (first, *sorted((one for one in left if one is not first), key=lambda one: -one.predicted))
 
 
 def library(data: FitData, fit: Fit) -> Library:
@@ -102,9 +108,8 @@ def library(data: FitData, fit: Fit) -> Library:
     for term in TERMS:
         for share in term.starts or (0.0,):
             s = scales.start(term, share)
-            each = zip(histories(term, s, scales, data.observations), data.whitenings, strict=True)
-            rows.append(np.concatenate([w.whitened(w.filtered(one[None]))[0] for one, w in each]))
             placed.append(Placed(term, s))
+            rows.append(_column(placed[-1], scales, data))
     columns = np.array(rows)
     whole = np.linalg.norm(columns, axis=1)
     basis = own_basis(data, fit)
@@ -118,6 +123,12 @@ def library(data: FitData, fit: Fit) -> Library:
         apart[kept] / sizes[kept, None],
         sizes[kept],
     )
+
+
+def _column(one: Placed, scales: Scales, data: FitData) -> Vector:
+    """(m,) a term of 1 N as the records see it, whitened."""
+    each = zip(histories(one.term, one.s, scales, data.observations), data.whitenings, strict=True)
+    return np.concatenate([w.whitened(w.filtered(history[None]))[0] for history, w in each])
 
 
 def own_basis(data: FitData, fit: Fit) -> Matrix:
@@ -147,7 +158,8 @@ def search(data: FitData, fit: Fit, noise: Vector, inflation: float) -> tuple[Li
         if not beams:
             break
         tried = [_sketched(one, terms, residual, judge, inflation) for one in beams]
-        by_size.append(max(tried, key=lambda one: one.taken))
+        best = dict.fromkeys((max(tried, key=lambda one: one.taken), max(tried, key=lambda one: one.predicted)))
+        by_size += [_refined(one, data, terms, basis, residual, judge, inflation) for one in best]
     return terms, Found(tuple(by_size), judge.noise_ratio)
 
 
@@ -172,25 +184,78 @@ def _longer(beams: Sequence[tuple[int, ...]], terms: Library, residual: Vector) 
 
 
 def _sketched(chosen: tuple[int, ...], terms: Library, residual: Vector, judge: "_Judge", inflation: float) -> Sketched:
-    rows = terms.own[list(chosen)]
-    scaled, *_ = np.linalg.lstsq(rows.T, residual, rcond=None)
-    left = residual - scaled @ rows
+    picked = list(chosen)
+    placed = tuple(terms.placed[n] for n in picked)
+    apart = terms.own[picked] * terms.sizes[picked, None]
+    return _weighed(placed, terms.columns[picked], apart, terms, residual, judge, inflation)
+
+
+def _weighed(
+    placed: tuple[Placed, ...],
+    columns: Matrix,
+    apart: Matrix,
+    terms: Library,
+    residual: Vector,
+    judge: "_Judge",
+    inflation: float,
+) -> Sketched:
+    """The law of these terms, by their whitened columns with and without what the model's parameters can do."""
+    sizes = np.linalg.norm(apart, axis=1)
+    own = apart / sizes[:, None]
+    scaled, *_ = np.linalg.lstsq(own.T, residual, rcond=None)
+    left = residual - scaled @ own
     before, after = float(residual @ residual), float(left @ left)
     independent = residual.size / inflation
-    count = len(chosen) + sum(bool(terms.placed[n].term.shape) for n in chosen)
-    price = count * np.log(independent) + 2 * len(chosen) * np.log(len(terms.placed))
+    count = len(placed) + sum(bool(one.term.shape) for one in placed)
+    price = count * np.log(independent) + 2 * len(placed) * np.log(len(terms.placed))
     delta = (after - before) / (after / residual.size) / inflation + price
-    correlation = np.abs(terms.own[list(chosen)] @ terms.own.T).max(axis=0)
-    kinds = {terms.placed[n].term.name for n in chosen}
+    correlation = np.abs(own @ terms.own.T).max(axis=0)
+    kinds = {one.term.name for one in placed}
     alike = {one.term.name for one, near in zip(terms.placed, correlation, strict=True) if near > ALIKE} - kinds
     return Sketched(
-        tuple(terms.placed[n] for n in chosen),
-        scaled / terms.sizes[list(chosen)],
-        1 - after / before,
-        float(delta),
-        judge.predicted(terms.columns[list(chosen)]),
-        tuple(sorted(alike)),
+        placed, scaled / sizes, 1 - after / before, float(delta), judge.predicted(columns), tuple(sorted(alike))
     )
+
+
+def _refined(
+    law: Sketched,
+    data: FitData,
+    terms: Library,
+    basis: Matrix,
+    residual: Vector,
+    judge: "_Judge",
+    inflation: float,
+) -> Sketched:
+    """The law with its terms' own values moved, each in turn, as long as it takes more: the starts are far apart."""
+
+    def apart(column: Vector) -> Vector:
+        return np.asarray(column - basis @ (basis.T @ column))
+
+    placed = list(law.placed)
+    columns = np.array([_column(one, terms.scales, data) for one in placed])
+    own = np.array([apart(one) for one in columns])
+    best, factor = _power(own, residual), FIRST_MOVE
+    for _ in range(MOVES):
+        for n, move in product(range(len(placed)), (factor, 1 / factor)):
+            if not placed[n].term.shape:
+                continue
+            moved = Placed(placed[n].term, placed[n].s * move)
+            column = _column(moved, terms.scales, data)
+            tried = own.copy()
+            tried[n] = apart(column)
+            if (power := _power(tried, residual)) > best:
+                best, own, placed[n], columns[n] = power, tried, moved, column
+        factor = float(np.sqrt(factor))
+    return _weighed(tuple(placed), columns, own, terms, residual, judge, inflation)
+
+
+def _power(apart: Matrix, residual: Vector) -> float:
+    """Power of the residual that the columns explain."""
+    size = np.linalg.norm(apart, axis=1)
+    if not np.all(size > 0):
+        return 0.0
+    basis = linalg.orth((apart / size[:, None]).T)
+    return float(np.sum((basis.T @ residual) ** 2))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,6 +22,9 @@ Shape = Literal["length", "speed", "time", "travel", ""]
 
 LENGTHS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7)
 """Shares of the largest displacement where the search begins. A choice: from elastic slip to the largest motion."""
+WAVES = tuple(0.02 * 1.12**n for n in range(32))
+"""The same for waves, closer: where the phase at the largest displacement is off by half a wave, nothing is left of a
+wave. A choice."""
 SPEEDS = (0.03, 0.1, 0.3, 0.6)
 """Shares of the largest velocity where the search begins. A choice."""
 TIMES = (0.03, 0.08, 0.15, 0.25, 0.4, 0.7, 1.5, 4.0)
@@ -142,7 +145,7 @@ TERMS = (
     Term("asymmetric spring, by the square", U, expression="(u / U) ** 2"),
     Term("asymmetric spring, stiffer to one side", U, expression="abs(u) / U"),
     Term("spring that saturates", U, "length", LENGTHS, expression="tanh(u / {s})"),
-    Term("wave over the displacement", U, "length", LENGTHS, expression="sin(u / {s})"),
+    Term("wave over the displacement", U, "length", WAVES, expression="sin(u / {s})"),
     Term("spring over a range", U, "length", LENGTHS, expression="u / {s} * exp(-0.5 * (u / {s}) ** 2)"),
     Term("spring beyond a gap", U, "length", LENGTHS, expression="copysign(max(abs(u) - {s}, 0.0), u) / U"),
     Term("spring beyond a gap, positive side", U, "length", LENGTHS, expression="max(u - {s}, 0.0) / U"),

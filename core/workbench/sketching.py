@@ -12,7 +12,7 @@ import numpy as np
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison, compare_forces
 from core.comparison.prediction import predicted_displacement
-from core.diagnosis.worth import excess
+from core.diagnosis.worth import EARNS_HELD_OUT, TESTED, excess
 from core.effect import Effect
 from core.effects import EFFECTS, add_effect, only
 from core.errors import ModelError, RecordError
@@ -37,6 +37,8 @@ NAME = "sketched_force"
 """Name of the effect unless another is given."""
 VISIBLE = 0.01
 """Share of the residual's power from which on a variable is worth a word. A choice."""
+MOST_TRIED = 4
+"""Laws that are fitted together with the model, until one lowers the error where nothing was fitted. A choice."""
 STEPS = 3
 """Steps of a sketch."""
 
@@ -158,18 +160,23 @@ def sketch(
     noise = np.array([noise_rms(force_noise(one).whitening) for one in base.data.observations])
     terms, found = search(base.data, base.fit, noise, base.inflation)
     depends = dependences(base.data, base.fit, terms)
-    law, proposal, ended = found.proposed, None, NOTHING
-    if law is not None:
+    tried: list[tuple[Proposal, Version, str]] = []
+    for law in found.supported[:MOST_TRIED]:
         progress("fitting the law together with the model", 2, STEPS)
         proposal, version = _tried(name, law, terms.scales, base, seen)
-        versions.append(version)
-        ended = _objection(versions[1], versions[2], seen)
+        tried.append((proposal, version, _objection(versions[1], version, seen)))
+        if not tried[-1][2]:
+            break
     base.data.memory.clear()
     progress("sketch finished", STEPS, STEPS)
-    if ended or proposal is None:
-        return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, None, ended, chosen_here)
-    add_effect(name, proposal.effect)
-    return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, proposal, "", chosen_here)
+    kept, ended = None, NOTHING
+    if tried:
+        proposal, version, ended = tried[0] if tried[-1][2] else tried[-1]
+        kept = None if ended else proposal
+        versions.append(version)
+    if kept is not None:
+        add_effect(name, kept.effect)
+    return SketchResult(model, seen, tuple(versions), depends, found, terms.scales, kept, ended, chosen_here)
 
 
 NOTHING = "No law is supported: nothing in the missing force depends on the motion or the conditions beyond doubt."
@@ -219,7 +226,11 @@ def known_range(scales: Scales) -> str:
 
 
 def _objection(before: Version, after: Version, seen: Earthquakes) -> str:
-    """Reason not to propose a law; empty if there is none."""
+    """Reason not to propose a law; empty if there is none. On held-out earthquakes it has to take as much of the excess
+    error as an effect that is named."""
+    ratios = [one.error(seen.groups[HELD_OUT]).noise_ratio for one in (before, after) if HELD_OUT in seen.groups]
+    if ratios and ratios[0] > TESTED and 1 - excess(ratios[1]) / excess(ratios[0]) < EARNS_HELD_OUT:
+        return NO_GAIN
     if not helps(before, after, seen) or after.error(seen.fitted_names).rms >= before.error(seen.fitted_names).rms:
         return NO_GAIN
     names = seen.groups.get(HELD_OUT, seen.fitted_names)

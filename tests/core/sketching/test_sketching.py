@@ -7,10 +7,13 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 import core
+from core.effects import EFFECTS, only
 from core.errors import ModelError, RecordError
 from core.fitting.observation import Observation
 from core.model.force_response import force_response
 from core.model.isolator import Isolator
+from core.sketching.search import Found, Placed, Sketched
+from core.sketching.terms import TERMS
 from core.workbench.sketching import NOTHING, sketch
 
 PEAKS = (0.05, 0.08, 0.2, 0.12)
@@ -46,6 +49,25 @@ def test_a_wave_over_the_displacement_is_sketched_by_its_own_formula() -> None:
     assert force_response(alone, u, v, 100.0).force == pytest.approx(2 * np.sin(u / 0.02))
     with pytest.raises(ModelError, match="cannot be called 'wave_of_a_test'"):
         sketch(BOUC_WEN, hidden(3e6, 0.02, seed=5), name="wave_of_a_test")
+
+
+def test_a_short_wave_is_found_between_the_starts_of_the_search() -> None:
+    """Thirty radians at the largest displacement: a start that is a tenth off shows nothing of it there."""
+    with only(EFFECTS):
+        result = sketch(BOUC_WEN, hidden(3e6, 0.0065, seed=5))
+        assert result.proposal is not None, result
+        assert [one.term.name for one in result.proposal.law.placed] == ["wave over the displacement"]
+        assert result.proposal.law.placed[0].s == pytest.approx(0.0065, rel=0.02), "before its fit with the model"
+        assert result.taken["all held out"] > 0.9
+
+
+def test_the_simplest_law_is_tried_first_and_then_those_that_predict_most() -> None:
+    def law(count: int, predicted: float, delta_bic: float = -100.0, taken: float = 0.5) -> Sketched:
+        return Sketched((Placed(TERMS[0], 0.0),) * count, np.ones(count), taken, delta_bic, predicted, ())
+
+    one, two, three = law(1, 0.81), law(2, 0.9), law(3, 0.95)
+    assert Found((one, two, three), 5.0).supported == (two, three, one), "the first is within a tenth of the best"
+    assert Found((law(1, 0.9, delta_bic=-5.0), law(2, 0.9, taken=0.04), law(3, -0.1)), 5.0).supported == ()
 
 
 @pytest.mark.parametrize("seed", [11, 13, 15])
