@@ -14,6 +14,7 @@ from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 from starlette.routing import BaseRoute
 
+from service import tracing
 from service.access import api as access_api, auth, pages as access_pages
 from service.access.api import keys as key_api, links as link_api
 from service.access.callers import Callers
@@ -112,6 +113,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.add_middleware(Measured, registry=app.state.metrics)
     app.add_middleware(languages.Languages)
     app.add_middleware(RequestIds)
+    tracing.trace_requests(app)
     problems.install(app)
     app.add_exception_handler(NulError, problems.text_problem)
     app.add_exception_handler(SecretKeyError, problems.secret_key_problem)

@@ -17,7 +17,7 @@ from sqlalchemy import Text, func, make_url, not_, select, type_coerce
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import logs
+from service import logs, tracing
 from service.db import encryption, migrate
 from service.db.problems import is_away
 from service.db.sessions import sessions
@@ -86,6 +86,8 @@ def running(
     No part starts if `stop` is set before the database answers.
     """
     logs.begin(logs.LEVELS[settings.log_level], settings.log_format)
+    names = [name for name, is_here in (("poll", poll), ("work", work), ("notify", notify)) if is_here]
+    tracing.begin(settings.traces.endpoint, settings.traces.share, ", ".join(names) or "api")
     is_ready = _upgraded(settings.database_url, stop)
     with _opened(settings) as opened:
         if not is_ready:

@@ -13,7 +13,7 @@ from threading import Event as Signal, Thread
 from time import monotonic
 from types import ModuleType
 
-from service import logs
+from service import logs, tracing
 from service.access.roles import Caller
 from service.settings import Settings
 
@@ -142,6 +142,7 @@ def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answ
     assert parent is not None
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
     logs.begin(level, settings.log_format)
+    tracing.begin(settings.traces.endpoint, settings.traces.share, "api")
 
     def end_with_parent() -> None:
         parent.join()

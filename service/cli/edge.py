@@ -76,10 +76,11 @@ def words(error: BaseException) -> str | None:
     from core.errors import CoreError
     from service.db.encryption import SecretKeyError
     from service.db.problems import DatabaseVersionError, problem
+    from service.tracing import NoTracesError
 
     if isinstance(error, SQLAlchemyError):
         return problem(error)
-    if isinstance(error, DatabaseVersionError | SecretKeyError | CoreError):
+    if isinstance(error, DatabaseVersionError | SecretKeyError | CoreError | NoTracesError):
         return str(error)
     if isinstance(error, UnicodeDecodeError):
         return f"a file is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8, or name another"

@@ -8,7 +8,8 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+import sqlalchemy  # create_engine is looked up when it is called: service.tracing replaces it
+from sqlalchemy import URL, Connection, Engine, event, make_url
 from sqlalchemy.engine import ExceptionContext
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -42,7 +43,9 @@ def engine(url: str) -> Engine:
     if address.get_backend_name() == "sqlite":
         made = _sqlite(address)
     else:
-        made = create_engine(address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10})
+        made = sqlalchemy.create_engine(
+            address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10}
+        )
     event.listen(made, "before_cursor_execute", _refuse_nul)
     event.listen(made, "handle_error", _name)
     return made
@@ -73,7 +76,7 @@ def _sqlite(address: URL) -> Engine:
     if address.database and address.database != ":memory:" and not address.database.startswith("file:"):
         _keep_to_the_owner(Path(address.database))
     waits = {} if "timeout" in address.query else {"timeout": BUSY_TIMEOUT}
-    made = create_engine(address, hide_parameters=True, connect_args=waits)
+    made = sqlalchemy.create_engine(address, hide_parameters=True, connect_args=waits)
     event.listen(made, "connect", _prepare)
     event.listen(made, "begin", _begin)
     return made

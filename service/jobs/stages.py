@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from service.jobs.queue import Claim
 from service.settings import Settings
+from service.tracing import Work
 
 ReportStep = Callable[[str, int, int], None]
 """Reports progress: the current step in words, the number of finished steps, and of all steps."""
@@ -88,6 +89,8 @@ class Running:
     """The latest step that was stored for display."""
     started: float = field(default_factory=time.monotonic)
     """Monotonic s when its first stage started."""
+    trace: Work = field(default_factory=Work)
+    """Of the job."""
 
     @property
     def stage(self) -> Stage:

@@ -29,6 +29,7 @@ from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.jobs.stages import Kind, Note, Running, silent
 from service.settings import Settings
+from service.tracing import Work
 
 log = logging.getLogger(__name__)
 
@@ -146,7 +147,7 @@ class Worker:
         finished = 0
         for future in done:
             job = self.running[future]
-            with self._about(job.claim):
+            with self._about(job.claim), job.trace.within():
                 finished += self._take(future, job)
             del self.running[
                 future
@@ -240,14 +241,17 @@ class Worker:
 
     def _start(self, claim: Claim) -> bool:
         """Read the inputs of the job and start its first stage; False if that failed."""
+        trace = Work.begun("job", job=claim.job_id, kind=claim.kind, event=claim.event_id, model=claim.model_id)
         try:
-            kind = self.kinds[claim.kind]
-            with reading(self.sessions)() as session:
-                inputs = kind.inputs(session, claim, self.settings)
-            self._submit(Running(claim, inputs, kind.stages(inputs)))
+            with trace.within():
+                kind = self.kinds[claim.kind]
+                with reading(self.sessions)() as session:
+                    inputs = kind.inputs(session, claim, self.settings)
+                self._submit(Running(claim, inputs, kind.stages(inputs), trace=trace))
         except OperationalError:
             raise
         except Exception as error:  # as below, the worker survives a bug
+            trace.end(error)
             self._record_failure(claim, error)
             return False
         return True
@@ -256,6 +260,7 @@ class Worker:
         """Continue with the next stage, or store the result; True if the job has left this worker."""
         try:
             result = future.result()
+            job.trace.end_stage()
             if job.stage.key is not None:
                 self.kept.add(job.stage.key, result)
             after = replace(job, results=(*job.results, result))
@@ -263,9 +268,11 @@ class Worker:
                 self._submit(after)
                 return False
             self._write(after)
+            job.trace.end()
         except OperationalError:
             raise
         except Exception as error:
+            job.trace.end(error)
             self._record_failure(job.claim, error)
         return True
 
@@ -275,6 +282,7 @@ class Worker:
         name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
         note = Note(self.notes / name) if self.notes else None
         self._tell(job, job.stage.doing)
+        job.trace.stage(job.stage.doing)
         with without_interrupts():
             future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
         self.running[future] = replace(job, note=note, reported=None)

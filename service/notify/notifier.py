@@ -14,7 +14,7 @@ from types import MappingProxyType
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import logs
+from service import tracing
 from service.db.problems import Attempts
 from service.db.sessions import reading
 from service.language.choice import speaking
@@ -108,7 +108,7 @@ class Notifier:
 
     def _deliver(self, claim: Claim) -> None:
         """One attempt; if its result cannot be stored, the lease lapses and the delivery is attempted again."""
-        with logs.about(delivery=claim.delivery_id, recipient=claim.receiver):
+        with tracing.span("delivery", delivery=claim.delivery_id, recipient=claim.receiver):
             self._attempt(claim)
 
     def _attempt(self, claim: Claim) -> None:

@@ -11,7 +11,7 @@ from sqlalchemy import exists, update
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import logs
+from service import tracing
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.queries import latest_revision
@@ -98,7 +98,7 @@ class SourcePoller:
         Returns:
             False if the source failed.
         """
-        with logs.about(building=code):
+        with tracing.span("poll", building=code):
             return self._poll(code)
 
     def _poll(self, code: str) -> bool:

@@ -45,6 +45,7 @@ from service.settings.groups import (
     Seconds,
     Smtp,
     Stream,
+    Traces,
     Trigger,
 )
 from service.settings.names import OLD_NAMES, PREFIX, grouped, variable
@@ -110,6 +111,7 @@ class Settings(BaseSettings):
     smtp: Smtp = Smtp()
     notify: Notify = Notify()
     heartbeat: Heartbeat = Heartbeat()
+    traces: Traces = Traces()
 
     @field_validator("database_url")
     @classmethod

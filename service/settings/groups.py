@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
 
-from service.addresses import is_loopback
+from service.addresses import is_loopback, web_address_problem
 
 Seconds = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
@@ -329,3 +329,21 @@ class Heartbeat(Group):
         default=None, description="external address that is requested while the service works; see messages.md"
     )
     interval: Seconds = Field(default=60.0, description="s between two heartbeats")
+
+
+class Traces(Group):
+    """Traces by OpenTelemetry."""
+
+    endpoint: str | None = Field(
+        default=None,
+        description="address of an OTLP receiver (HTTP), such as http://127.0.0.1:4318; without it no traces; needs "
+        "the extra traces; see running.md",
+    )
+    share: Annotated[float, Field(ge=0, le=1)] = Field(default=1.0, description="part of all traces that is sent")
+
+    @field_validator("endpoint")
+    @classmethod
+    def _address(cls, endpoint: str | None) -> str | None:
+        if endpoint is not None and (problem := web_address_problem(endpoint)):
+            raise ValueError(problem)
+        return endpoint
