@@ -75,8 +75,8 @@ def add_buildings(session: Session, count: int) -> None:
     _insert(session, SourceState, ({"building_id": n, **polled} for n in numbers))
     _insert(session, Event, (_event(n, day) for n in numbers for day in range(EVENTS)))
     _insert(session, Recording, (_recording(n, day) for n in numbers for day in range(EVENTS)))
-    _insert(session, Receiver, (_receiver(n) for n in numbers))
-    _insert(session, Alert, (_alert(n) for n in numbers))
+    _insert(session, Receiver, (receiver(n) for n in numbers))
+    _insert(session, Alert, (open_alert(n) for n in numbers))
     change = {"at": NOW - DAY, "state": "active", "note": "softer", "summary": "softer", "evidence": {}}
     _insert(session, AlertChange, ({"alert_id": n, **change} for n in numbers))
 
@@ -98,13 +98,13 @@ def _recording(building: int, day: int) -> dict[str, Any]:
     return {"building_id": building, "name": f"{day}", "origin": "", "kind": "waveforms", "state": "read", **times}
 
 
-def _receiver(building: int) -> dict[str, Any]:
+def receiver(building: int) -> dict[str, Any]:
     wanted = {"kinds": ["alert", "data"], "severities": ["alarm", "warning", "note"]}
     origin = {"origin": "api", "created_by": "Jo", "created_at": NOW - 90 * DAY}
     return {"building_id": building, "name": "manager", "kind": "email", "address": "m@example.org", **wanted, **origin}
 
 
-def _alert(building: int) -> dict[str, Any]:
+def open_alert(building: int) -> dict[str, Any]:
     event = (building - 1) * EVENTS + 1
     times = {"began_at": NOW - 3 * DAY, "opened_at": NOW - 2 * DAY, "updated_at": NOW - DAY, "activated_at": NOW - DAY}
     events = {"onset_event_id": event, "raised_event_id": event, "event_ids": [event], "channels": []}
@@ -114,15 +114,15 @@ def _alert(building: int) -> dict[str, Any]:
     )
 
 
-def idle_round(sessions: sessionmaker[Session]) -> tuple[float, int]:
+def idle_round(sessions: sessionmaker[Session], begin: datetime = NOW) -> tuple[float, int]:
     """Processor seconds and SQL statements of a round without news."""
     settings, last, statements, seconds = Settings(disk_reserve=0), dict[int, Checked](), list[str](), []
     for number in range(3):
-        check_buildings(sessions, settings, NOW + number * MINUTE, last=last)
+        check_buildings(sessions, settings, begin + number * MINUTE, last=last)
     event.listen(sessions.kw["bind"], "before_cursor_execute", lambda *given: statements.append(given[2]))
     for number in range(3, 3 + ROUNDS):
         begun = process_time()
-        check_buildings(sessions, settings, NOW + number * MINUTE, last=last)
+        check_buildings(sessions, settings, begin + number * MINUTE, last=last)
         seconds.append(process_time() - begun)
     return median(seconds), len(statements) // ROUNDS
 

@@ -11,13 +11,14 @@ from sqlalchemy import exists, func, select
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert
-from service.buildings import store as building_store
+from service.buildings import queries as building_queries, store as building_store
 from service.buildings.tables import Building, Revision
 from service.db.process_leases import POLLING, POLLING_LEASE, WORKING, has_passed
 from service.db.sessions import free_bytes
 from service.jobs.queue import last_progress
 from service.jobs.tables import Job, Lease
 from service.records import source_schedule
+from service.records.sources.source import in_batches
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -100,7 +101,7 @@ def _poller(session: Session, now: datetime) -> Check:
 
 
 def _looks(session: Session, settings: Settings, now: datetime) -> Check:
-    late = [looked for code, looked in _late(session, settings, now) if code]
+    late = _late(session, settings, now)
     if not late:
         return Check("looks", True, "every source is polled in time")
     number = "one source has" if len(late) == 1 else f"{len(late)} sources have"
@@ -108,22 +109,28 @@ def _looks(session: Session, settings: Settings, now: datetime) -> Check:
     return Check("looks", False, f"{number} not been polled for too long", helps, min(late))
 
 
-def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple[str, datetime]]:
-    """Buildings whose source was not polled in time, with the time of the last or the first possible poll."""
+def _late(session: Session, settings: Settings, now: datetime) -> list[datetime]:
+    """Time of the last or the first possible poll of each source that was not polled in time."""
     patience = MISSED * settings.polling.interval + (settings.polling.retries + 1) * settings.polling.timeout
     described = select(Revision.building_id, func.max(Revision.created_at).label("at")).group_by(Revision.building_id)
     newest = described.subquery()
     query = (
-        select(Building, newest.c.at, SourceState)
+        select(Building.id, newest.c.at, SourceState.looked_at, SourceState.failing_since)
         .join(newest, newest.c.building_id == Building.id)
         .outerjoin(SourceState, SourceState.building_id == Building.id)
     )
-    for building, since, state in session.execute(query):
-        looked = max(since, state.looked_at) if state is not None and state.looked_at else since
-        rest = source_schedule.LONGEST_PAUSE if state is not None and state.failing_since else 0.0
-        is_late = now - looked > timedelta(seconds=patience + rest)
-        if is_late and building_store.described(session, building).source is not None:
-            yield building.code, looked
+    late: dict[int, datetime] = {}
+    for number, since, looked_at, failing_since in session.execute(query):
+        looked = max(since, looked_at or since)
+        rest = source_schedule.LONGEST_PAUSE if failing_since else 0.0
+        if now - looked > timedelta(seconds=patience + rest):
+            late[number] = looked
+    return [
+        late[building.id]
+        for numbers in in_batches(list(late))
+        for building, revision in building_queries.by_number(session, numbers)
+        if building_store.parsed(revision).source is not None
+    ]
 
 
 def _worker(session: Session, settings: Settings, now: datetime) -> Check:

@@ -13,13 +13,14 @@ import pytest
 from api_client import client
 from monitoring_server import building_file
 from receivers import WebhookServer, webhook_server
-from sqlalchemy import update
+from sqlalchemy import event, update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db import process_leases, sessions as opened
 from service.db.process_leases import POLLING, POLLING_LEASE, WORKING
+from service.health import readiness
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job, Lease
 from service.notify.housekeeping import Housekeeping
@@ -119,6 +120,31 @@ def test_a_building_without_a_source_lacks_no_look(url: str, sessions: sessionma
     assert failing(url) == ["looks"]
     SourcePoller(sessions, SETTINGS).poll_all()
     assert failing(url) == []
+
+
+def test_late_sources_take_as_many_statements_for_two_buildings_as_for_five(
+    url: str, sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    numbers, found = [], []
+    for codes in ("AB", "CDE"):
+        with sessions.begin() as session:
+            for code in codes:
+                text = building_file("folder", str(tmp_path)).replace('"TOWER"', f'"{code}"')
+                building_store.add(session, text, Path("/"), NOW - timedelta(days=1))
+        statements: list[object] = []
+
+        def note(*given: object) -> None:
+            statements.append(given[2])  # noqa: B023  removed before the next round
+
+        event.listen(sessions.kw["bind"], "before_cursor_execute", note)
+        with sessions() as session:
+            found += [
+                one.found for one in readiness.checks(session, SETTINGS, datetime.now(UTC)) if one.name == "looks"
+            ]
+        event.remove(sessions.kw["bind"], "before_cursor_execute", note)
+        numbers.append(len(statements))
+    assert numbers[0] == numbers[1]
+    assert [one.split()[0] for one in found] == ["2", "5"]
 
 
 def test_a_clock_that_was_set_back_is_not_ready_until_looks_have_its_time(
