@@ -9,7 +9,7 @@ from opentelemetry.trace import Link, SpanKind, TraceState
 from opentelemetry.util.types import Attributes
 
 
-class Rooted(Sampler):
+class Rooted(Sampler):  # type: ignore[misc]  # OpenTelemetry is optional, its types are not followed
     """A share of the traces, but none that begins with a statement or a request to another server.
 
     Pollers, workers and notifiers look into the database several times a second: those statements are of no use alone.
