@@ -41,8 +41,9 @@ def test_a_term_that_no_record_makes_act_stays_zero(steps: list[Validated]) -> N
 
 
 def test_nothing_is_added_where_nothing_is_missing() -> None:
-    """Though friction takes a little where it is fitted."""
-    (only,) = validated(BOUC_WEN, seen(BOUC_WEN), BOUC_WEN.effects, OFFERED, silent)
+    """Though each takes a little where it is fitted."""
+    offered = ("displacement_damping", "hardening", "power_viscous", "recent_softening")
+    (only,) = validated(BOUC_WEN, seen(BOUC_WEN), BOUC_WEN.effects, offered, silent)
     assert (only.change, set(only.model.effects)) == ("", set(BOUC_WEN.effects))
 
 
