@@ -197,6 +197,8 @@ def rendered(
 def with_report(session: Session, message: Message, shown: RenderedMessage, now: datetime) -> RenderedMessage:
     """The same with the report on its earthquake; a drill's or a test's is stamped, and of an earlier one.
 
+    A message that was written while it shook has none: there is no result yet.
+
     Args:
         session: to read with.
         message: stored.
@@ -205,7 +207,7 @@ def with_report(session: Session, message: Message, shown: RenderedMessage, now:
     """
     about, _, number = message.key.partition("/")
     event_id = int(number) if about == "event" else message.picture_event_id
-    if event_id is None or (about != "event" and shown.is_real):
+    if event_id is None or (about != "event" and shown.is_real) or message.data.get("is_provisional", False):
         return shown
     from service.building_reports import earthquake, pictures, rendering  # slow to import, and few messages need them
 

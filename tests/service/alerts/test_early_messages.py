@@ -12,6 +12,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import early_messages
 from service.jobs.worker import Worker
 from service.kinds import KINDS
+from service.language.choice import speaking
+from service.notify.rendering import rendered, with_report
 from service.notify.tables import Message
 from service.records import events
 from service.records.streams.earthquakes import read_shaking
@@ -48,6 +50,13 @@ def test_a_message_while_it_shakes_is_followed_by_the_result(
     assert early.data["largest_acceleration"] == pytest.approx(0.3, rel=0.02)
     assert [fact["name"].rpartition(" ")[2] for fact in early.facts] == ["ground", "base", "roof"]
     assert {fact["value"] for fact in early.facts} <= {"30.1 gal", "30.2 gal", "30.3 gal"}
+    with sessions() as session, speaking("ja"):
+        message = session.scalars(select(Message)).one()
+        mail = rendered(session, message, message.created_at, "email", None, is_repeat=False)
+        assert "暫定" in mail.subject
+        assert "これは暫定値です。" in " ".join(mail.sentences)
+        assert with_report(session, message, mail, NOW).report is None
+        assert with_report(session, message, mail, NOW).note == mail.note
     with sessions.begin() as session:
         assert session.scalars(select(Event.state)).one() == "gathering"
         assert events.queue_ready(session, NOW, settings=SETTINGS) == 0

@@ -1,0 +1,118 @@
+"""From an earthquake in a live stream, played in real time, to its messages: the whole service, nothing left out.
+
+    OMP_NUM_THREADS=1 python benchmarks/streams.py
+
+A SeedLink server, as a process of its own, sends 50 s of noise, the first minute of the paper's building in half of
+AKT013, and noise, in records of 512 bytes of five channels at 100 Hz; each is sent when its last sample is over.
+`menshin up` follows it with SQLite and one worker. It takes three minutes.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import sleep, time
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # server and records are the tests'
+
+import numpy as np
+import paper_records
+from monitoring_server import miniseed
+from obspy import Stream, Trace, UTCDateTime
+from paper_records import GAIN, RATE
+from pymseed import MS3Record
+from seedlink_server import SeedLinkServer, seedlink_server
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.arrays import Vector
+from service.analyses.tables import Analysis
+from service.db.sessions import sessions
+from service.notify.tables import Message
+from service.records.tables import StreamState
+
+BEFORE, SHAKEN, AFTER = 50, 60, 100  # s
+LONGEST = 120  # s after the shaking that the benchmark waits
+SCALE = 0.5
+NOISE = 1e-4  # m/s²
+
+
+def recorded() -> dict[str, Vector]:
+    """Samples of each channel, SI units."""
+    rng, rate = np.random.default_rng(1), round(RATE)
+    whole = {}
+    for channel, samples in paper_records.records(rng, SCALE).items():
+        padded = np.concatenate([np.zeros(BEFORE * rate), samples[: SHAKEN * rate], np.zeros(AFTER * rate)])
+        noise = NOISE if channel.endswith("HNX") else 0.01 * NOISE
+        whole[channel] = padded + noise * rng.standard_normal(padded.size)
+    return whole
+
+
+def played(samples: dict[str, Vector], begin: float) -> list[tuple[float, bytes]]:
+    """Time since 1970 at which each record can be sent, and the record."""
+    stream = Stream()
+    for channel, values in samples.items():
+        codes = dict(zip(("network", "station", "location", "channel"), channel.split("."), strict=True))
+        header = {**codes, "starttime": UTCDateTime(begin), "sampling_rate": RATE}
+        stream.append(Trace(np.round(values / GAIN).astype(np.int32), header))
+    data = miniseed(stream)
+    records = [data[at : at + 512] for at in range(0, len(data), 512)]
+    return sorted((MS3Record.parse(record).endtime / 1e9, record) for record in records)
+
+
+def seen(opened: sessionmaker[Session]) -> dict[str, bool]:
+    """What there is so far."""
+    with opened() as session:
+        messages = list(session.scalars(select(Message).order_by(Message.id)))
+        state = session.scalars(select(StreamState)).one_or_none()
+        return {
+            "the trigger": state is not None and bool(state.shaking),
+            "the early message": bool(messages),
+            "the cut": state is not None and bool(state.cuts),
+            "the analysis": bool(session.scalar(select(func.count()).select_from(Analysis))),
+            "the message with the result": any("is_provisional" not in message.data for message in messages),
+        }
+
+
+def play(
+    server: SeedLinkServer, opened: sessionmaker[Session], waiting: list[tuple[float, bytes]], begin: float
+) -> dict[str, float]:
+    """Send the records, and note when each thing was there, in s since 1970."""
+    noted: dict[str, float] = {}
+    while len(noted) < 5 and time() < begin + BEFORE + SHAKEN + LONGEST:
+        now = [record for sent, record in waiting if sent <= time()]
+        waiting = waiting[len(now) :]
+        server.add(now)
+        for name, is_there in seen(opened).items():
+            if is_there:
+                noted.setdefault(name, time())
+        sleep(0.1)
+    return noted
+
+
+def main() -> None:
+    samples = recorded()
+    with tempfile.TemporaryDirectory() as place, seedlink_server("4") as server:
+        file = Path(place, "building.toml")
+        source = f'[source]\nkind = "seedlink"\nlocation = "{server.address}"\n[isolation]'
+        file.write_text(paper_records.building_file().replace("[isolation]", source, 1), "utf-8")
+        url = f"sqlite:///{place}/menshin.sqlite"
+        environment = {**os.environ, "MENSHIN_DATABASE_URL": url, "MENSHIN_PORT": "0", "MENSHIN_JOBS__WORKERS": "1"}
+        menshin = [sys.executable, "-c", "from service.cli import app; app()"]
+        subprocess.run([*menshin, "building", "add", str(file)], env=environment, check=True)
+        with subprocess.Popen([*menshin, "up"], env=environment, stdout=subprocess.DEVNULL) as service:
+            while not server.do("count"):
+                sleep(0.1)
+            begin = time()
+            noted = play(server, sessions(url), played(samples, begin), begin)
+            service.terminate()
+    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    for name, at in noted.items():
+        print(
+            f"{name:28} {at - begin - BEFORE:6.1f} s from the onset, {at - begin - BEFORE - SHAKEN:6.1f} s from the end"
+        )
+
+
+if __name__ == "__main__":
+    main()
