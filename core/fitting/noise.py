@@ -10,6 +10,7 @@ patterns of the force's error.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -68,7 +69,18 @@ def pooled_rms(each: Vector, samples: Vector) -> float:
 
 
 def force_noise(observation: Observation) -> ForceNoise:
-    """Noise in the residual of a right model of an observation."""
+    """Noise in the residual of a right model of an observation; computed once for as long as the observation exists."""
+    known = _KNOWN.get(observation)
+    if known is None:
+        known = _KNOWN[observation] = _force_noise(observation)
+    return known
+
+
+_KNOWN: WeakKeyDictionary[Observation, ForceNoise] = WeakKeyDictionary()
+"""By identity: every fit and every comparison of a diagnosis needs the same ones."""
+
+
+def _force_noise(observation: Observation) -> ForceNoise:
     layer = observation.layer
     error, motion = layer.force_error or _white_error(layer, observation.rate), _by_motion(layer, observation.rate)
     taper = edge_taper(layer.force, observation.rate)

@@ -50,7 +50,7 @@ class LayerHistory:
     """Hz, pass band of the accelerations from which the force was estimated; None if unknown."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)  # core.fitting.noise keeps the noise of each
 class Observation:
     """One earthquake in one direction, for comparison with models of the layer."""
 

@@ -1,6 +1,7 @@
 """Conditioning of a recorded history: baseline, pass band, sampling rate and instants."""
 
 from fractions import Fraction
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -83,18 +84,19 @@ def band_passed(samples: Samples, rate: float, band: tuple[float, float]) -> Sam
         raise RecordError(
             f"a record of {seconds:.3g} s is too short for {low:g} Hz; it must be longer than {margin / rate:.3g} s"
         )
-    filtered: Samples = scipy.signal.sosfiltfilt(_sections(rate, band), samples, axis=-1, padlen=margin)
+    filtered: Samples = scipy.signal.sosfiltfilt(_sections(rate, low, high), samples, axis=-1, padlen=margin)
     return filtered
 
 
 def passed_share(frequency: Vector, rate: float, band: tuple[float, float]) -> Vector:
     """(k,) factor by which `band_passed` multiplies components at these frequencies in Hz."""
-    _, once = scipy.signal.sosfreqz(_sections(rate, band), frequency, fs=rate)
+    _, once = scipy.signal.sosfreqz(_sections(rate, *band), frequency, fs=rate)
     return np.asarray(np.abs(once) ** 2)
 
 
-def _sections(rate: float, band: tuple[float, float]) -> Matrix:
-    return np.asarray(scipy.signal.butter(4, band, "bandpass", fs=rate, output="sos"))
+@lru_cache(64)  # filters are few, and designing one takes as long as filtering a minute
+def _sections(rate: float, low: float, high: float) -> Matrix:
+    return np.asarray(scipy.signal.butter(4, (low, high), "bandpass", fs=rate, output="sos"))
 
 
 def resampled(samples: Vector, rate: float, new_rate: float, delay: float = 0.0) -> Vector:

@@ -1,6 +1,8 @@
 """One noise ratio of a model in its records, wherever it is shown; about 1 for a right model."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -31,6 +33,17 @@ def test_the_noise_of_the_samples_is_that_of_the_frequencies() -> None:
     growing = one.layer.force_std * np.linspace(1.0, 3.0, one.layer.force.size)
     noise = force_noise(replace(one, layer=replace(one.layer, force_std=growing)))
     assert np.sqrt(np.mean(noise.std**2)) == pytest.approx(noise.rms)
+
+
+def test_the_noise_of_an_observation_is_computed_once_and_goes_with_it() -> None:
+    one = replace(layer_observation(1))
+    louder = replace(one, layer=replace(one.layer, force_std=2 * one.layer.force_std))
+    noise, seen = force_noise(one), ref(one)
+    assert force_noise(one) is noise
+    assert force_noise(louder).rms > 1.5 * noise.rms
+    del one
+    gc.collect()
+    assert seen() is None
 
 
 def test_a_comparison_and_a_fit_measure_one_residual() -> None:
