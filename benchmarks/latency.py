@@ -22,7 +22,7 @@ from service import roles
 from service.analyses.tables import Analysis
 from service.buildings import store as building_store
 from service.demo.earthquakes import Earthquake, recorded
-from service.demo.scenario import record
+from service.demo.scenario import BY_DESIGN, record
 from service.demo.site import building_file, inventory
 from service.settings import Settings
 
@@ -36,7 +36,7 @@ def dropped(folder: Path, number: int) -> None:
     motion = recorded()[0]
     earthquake = Earthquake(number, START + timedelta(days=number), motion.name, 0.7, 5e4)
     part = folder.parent / f"{number}.part"
-    Stream(record(earthquake, motion, 1)).write(str(part), format="MSEED")
+    Stream(record(earthquake, motion, BY_DESIGN, 1)).write(str(part), format="MSEED")
     part.rename(folder / f"{number}.mseed")
 
 

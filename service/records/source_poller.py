@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 from time import monotonic, sleep
 from typing import Any
 
-from sqlalchemy import exists, update
+from sqlalchemy import exists, select, update
+from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -130,7 +131,10 @@ class SourcePoller:
     def note_attempt(self, code: str, since: datetime) -> None:
         """Store that a poll has begun and has not ended: a quick one is stored when it ends."""
         with self.sessions.begin() as session:
-            state = source_state(session, building_store.find(session, code))
+            building = session.scalar(select(Building).where(Building.code == code))
+            if building is None:
+                return
+            state = source_state(session, building)
             if state.attempted_at is None or state.attempted_at < since:
                 state.attempted_at = since
 
@@ -258,9 +262,10 @@ def polled(code: str) -> Question:
 
 
 def source_state(session: Session, building: Building) -> SourceState:
-    """The state of a building's source, a new one at first."""
+    """The state of a building's source, a new one at first; another transaction may add it at the same time."""
     state = session.get(SourceState, building.id)
-    if state is None:
-        state = SourceState(building_id=building.id, cursor={})
-        session.add(state)
-    return state
+    if state is not None:
+        return state
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    session.execute(dialect.insert(SourceState).values(building_id=building.id, cursor={}).on_conflict_do_nothing())
+    return session.get_one(SourceState, building.id)

@@ -3,6 +3,7 @@
 import logging
 import os
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -12,10 +13,11 @@ from sqlalchemy import delete, event, select, update
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.buildings import store as building_store
+from service.buildings.tables import Building
 from service.jobs.tables import Job
 from service.records.ingest import begin, ingest
 from service.records.recordings import store
-from service.records.source_poller import SourcePoller
+from service.records.source_poller import SourcePoller, source_state
 from service.records.tables import Event, EventRecording, Recording, SourceState, Waveform
 from service.settings import Settings
 from service.version import VERSION
@@ -274,6 +276,24 @@ def test_a_poll_that_finds_nothing_new_reads_once_and_writes_once(
     assert set(found[1:-1]) <= {"SELECT"}, "the files that the listing names"
     assert len(found) <= 3
     assert state(sessions).attempted_at == state(sessions).succeeded_at == NOW + timedelta(minutes=1)
+
+
+def test_the_first_state_of_a_source_may_be_added_by_two_at_once(
+    sessions: sessionmaker[Session], server: Server
+) -> None:
+    """The poll itself, and the poller that notes that it lasts."""
+    add(sessions, "archive", f"{server.address}/events/")
+    poller = SourcePoller(sessions, SETTINGS, clock=lambda: NOW)
+    with ThreadPoolExecutor(1) as pool:
+        with sessions.begin() as session:
+            before = source_state(session, session.scalars(select(Building)).one())
+            session.flush()
+            noted = pool.submit(poller.note_attempt, "TOWER", NOW)
+            assert not wait([noted], 0.2).done, "it waits for this transaction"
+            before.error = "slow"
+        noted.result(30)
+    assert (state(sessions).attempted_at, state(sessions).error) == (NOW, "slow")
+    poller.note_attempt("GONE", NOW)
 
 
 def test_a_poll_that_lasts_is_stored_as_begun(sessions: sessionmaker[Session], server: Server) -> None:
