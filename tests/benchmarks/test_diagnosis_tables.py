@@ -47,6 +47,24 @@ def test_shares_are_of_the_trials_that_are_requested() -> None:
     assert cells(by_noise, BLAMES) == ("0.0 % (0 of 1)", "none run")
 
 
+def test_a_pair_counts_as_held_only_if_each_effect_is_in_a_set_of_its_own() -> None:
+    pair = replace(RIGHT, case="friction+relief", hidden=("friction", "relief"), named=("relief", "breakaway"))
+    held = replace(pair, sets=(("relief", "friction"), ("breakaway", "friction")))
+    missed = replace(pair, sets=(("relief", "friction"), ("breakaway",)))
+    one = replace(pair, sets=(("relief", "friction"),))
+    whole, *_ = tables([held, missed, one])
+    assert cells(whole, "two effects: the sets hold both") == ("", "33.3 % (1 of 3)")
+
+
+def test_beyond_the_fitted_range_either_that_is_said_or_the_family_named() -> None:
+    beyond = replace(RIGHT, case="moat+weak", hidden=("moat",), named=("hardening",))
+    said = replace(beyond, outcome="out_of_range", named=(), sets=())
+    whole, _, wrong = tables([beyond, said, replace(beyond, seed=3, named=("friction",))])
+    assert cells(whole, "beyond the fitted range: that said, or the family named") == ("", "66.7 % (2 of 3)")
+    assert cells(whole, "beyond the fitted range: another family named") == ("0", "33.3 % (1 of 3)")
+    assert wrong.rows == (("beyond the fitted range", "moat+weak, 3", "1 %", "5.0 %", "effect, friction"),)
+
+
 def test_every_trial_that_went_wrong_is_listed_with_what_was_stated() -> None:
     *_, wrong = tables([RIGHT, WRONG, BLAMED, WEAK])
     assert wrong.rows == (
