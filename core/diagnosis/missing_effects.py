@@ -22,7 +22,7 @@ from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained,
 from core.diagnosis.worth import Judge, NoiseRatios, Worth, excess, worth
 from core.effect import RESULTS
 from core.effects import EFFECTS
-from core.errors import RecordError
+from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, chi_square, error, fitted, weighted_fit
 from core.fitting.observation import Observation
@@ -187,10 +187,15 @@ def diagnosed(
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     allowed_effects = sorted(EFFECTS if effects is None else effects)
 
-    def rank(now: Isolator, known: Isolator | None = None) -> Ranking:
-        return ranked(by_noise, now, [name for name in allowed_effects if name not in now.effects], known)
+    first = ranked(by_noise, model, _others(allowed_effects, model))
 
-    first = rank(model)
+    def rank(now: Isolator, known: Isolator | None = None) -> Ranking:
+        try:
+            return ranked(by_noise, now, _others(allowed_effects, now), known)
+        except ModelError:  # values beside an effect may be too extreme without it: those of the first fit are not
+            calm = Isolator({**now.effects, **first.base.model.effects})
+            return ranked(by_noise, calm, _others(allowed_effects, now), known)
+
     steps, last = _added([], first, rank, report_step)
     if _may_be_stand_ins(steps, first, last):
         report_step(f"{_named(steps)}; testing pairs of effects")
@@ -231,6 +236,10 @@ def diagnosed(
         ratios_before=judge.noise_ratios(first.base.model),
         ratios_after=after,
     )
+
+
+def _others(effects: Sequence[str], model: Isolator) -> list[str]:
+    return [name for name in effects if name not in model.effects]
 
 
 def _may_be_stand_ins(steps: Sequence[Step], first: Ranking, last: Ranking) -> bool:
@@ -352,7 +361,10 @@ def _earning(
         needed: dict[str, float] = {}
         for number, step in enumerate(steps):
             name = step.chosen.effect
-            left, without = _refitted(by_noise, {n: v for n, v in now.items() if n != name})
+            try:
+                left, without = _refitted(by_noise, {n: v for n, v in now.items() if n != name})
+            except ModelError:  # the others alone diverge at these values: those of the ranking without it do not
+                left, without = np.inf, step.ranking.base.model
             needed[name] = left / whole
             steps[number] = replace(step, worth=worth(judge.noise_ratios(without), after))
         steps = sorted(steps, key=lambda step: -needed[step.chosen.effect])
