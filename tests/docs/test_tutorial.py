@@ -93,13 +93,15 @@ SHOWN_STILL = "main, figure.chart > img:not(details:not([open]) img)"
 def looked_at(browser: Browser, address: str, names: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
     """Kind and problems of every page, with JavaScript and without it, in English and in Japanese."""
     with (
-        browser.new_context(viewport={"width": writer.WIDTH, "height": writer.HEIGHT}) as active,
+        browser.new_context() as active,
         browser.new_context(java_script_enabled=False) as inactive,
         walk.reader(address) as client,
     ):
         active.set_default_timeout(1e3 * writer.PATIENCE)
         page, still = active.new_page(), inactive.new_page()
         for kind, path in walk.pages(client):
+            page.goto("about:blank")  # which has no charts to draw again
+            page.set_viewport_size({"width": writer.WIDTH, "height": writer.HEIGHT})
             page.goto(f"{address}{path}")
             still.goto(f"{address}{path}")
             hidden = [one for one in still.locator(SHOWN_STILL).all() if not one.is_visible()]

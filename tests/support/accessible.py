@@ -14,16 +14,16 @@ ONLY_COLOURS = {"runOnly": ["color-contrast"], "resultTypes": ["violations"]}
 
 
 def problems(page: Page) -> list[str]:
-    """Findings on the page that the browser shows."""
+    """Findings on the page that the browser has just opened, in the light theme; it stays dark, and narrow."""
     found = []
-    size = page.viewport_size
     for theme in THEMES:
-        page.evaluate(
-            "theme => { document.documentElement.dataset.theme = theme;"
-            " document.dispatchEvent(new Event('themechange')); }",
-            theme,
-        )
-        page.wait_for_timeout(100)  # charts are drawn again
+        if theme != THEMES[0]:
+            page.evaluate(
+                "theme => { document.documentElement.dataset.theme = theme;"
+                " document.dispatchEvent(new Event('themechange')); }",
+                theme,
+            )
+        page.wait_for_timeout(100)  # charts are drawn, and drawn again
         options = {"resultTypes": ["violations"]} if theme == THEMES[0] else ONLY_COLOURS
         for rule in Axe().run(page, options=options).response["violations"]:
             places = "; ".join(node["html"][:100] for node in rule["nodes"][:3])
@@ -34,6 +34,4 @@ def problems(page: Page) -> list[str]:
         needed = page.evaluate("document.documentElement.scrollWidth")
         if needed > width:
             found.append(f"{needed} pixels wide on a screen of {width}")
-    if size is not None:
-        page.set_viewport_size(size)
     return found
