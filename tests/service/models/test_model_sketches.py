@@ -12,6 +12,7 @@ import pytest
 from api_client import client
 from api_server import api_server
 from fastapi.testclient import TestClient
+from few_effects import few_effects
 from model_jobs import create_model, finished_job, work
 from playwright.sync_api import sync_playwright
 from sqlalchemy.orm import Session, sessionmaker
@@ -23,6 +24,13 @@ from core.paper import ISOLATOR
 pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 WITHOUT_YIELDING = {name: dict(values) for name, values in ISOLATOR.effects.items() if name != "bouc_wen"}
+
+
+@pytest.fixture(autouse=True)
+def own_library() -> Iterator[None]:
+    """Only the effects of the building's model: a sketch compiles the laws of all with its own."""
+    with few_effects():
+        yield
 
 
 @pytest.fixture
