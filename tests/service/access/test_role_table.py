@@ -17,6 +17,7 @@ import pytest
 from alert_candidates import softer_isolators
 from alert_fixtures import with_stored_events
 from api_client import TestClient, client
+from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys, links, logins
@@ -24,7 +25,7 @@ from service.access.auth import COOKIE, LINK
 from service.access.roles import Role
 from service.alerts.messages import write_event_message
 from service.alerts.reconciliation import reconcile
-from service.analyses.tables import LayerResult
+from service.analyses.tables import Analysis, LayerResult
 from service.app import create
 from service.buildings import store as building_store
 from service.db import sessions as opened
@@ -432,7 +433,8 @@ def in_use(sessions: sessionmaker[Session], database_url: str, tmp_path: Path) -
         session.add(receiver)
         session.flush()
         write_event_message(session, event.id, timedelta(days=1), event.end)
-        session.add(LayerResult(analysis_id=1, start=event.start, rate=100.0, count=8, **across()))
+        analysis = session.scalars(select(Analysis.id).where(Analysis.event_id == event.id, Analysis.current)).one()
+        session.add(LayerResult(analysis_id=analysis, start=event.start, rate=100.0, count=8, **across()))
         message = session.get_one(Message, 1)
         session.add(Delivery(message=message, receiver=receiver, state="waiting", due_at=now, created_at=now))
         reconcile(session, event.building_id, [with_stored_events(softer_isolators(8.0), (1, 2, 3))], "events", now)
