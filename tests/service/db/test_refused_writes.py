@@ -1,0 +1,136 @@
+"""A database that can be read but not written for a while, as on a full disk, loses nothing and doubles nothing."""
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from threading import Event as Signal, Thread
+from time import monotonic, sleep
+
+import pytest
+from cached_executor import CachedExecutor
+from monitoring_server import building_file, miniseed, stream
+from receivers import WebhookServer, webhook_server
+from rendered_messages import KEY
+from sqlalchemy import event, func, select
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.analyses.tables import Analysis
+from service.buildings import recipients, store as building_store
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.db.sessions import reading
+from service.jobs.worker import Worker
+from service.kinds import KINDS
+from service.notify.notifier import Notifier
+from service.notify.tables import Delivery, DeliveryAttempt, Message
+from service.poller import Poller
+from service.records.tables import Event, Recording
+from service.settings import Settings
+
+FILES = 4
+SETTINGS = Settings(
+    workers=1,
+    poll_interval=0.1,
+    settle_time=0,
+    event_grace=0,
+    inside_allowed=("localhost",),
+    plain_http_allowed=True,
+    notice_delay=0.1,
+)
+REFUSALS = {
+    "full": (("PRAGMA max_page_count = 1", "PRAGMA max_page_count = 4294967294"), "database or disk is full"),
+    "read-only": (("PRAGMA query_only = ON", "PRAGMA query_only = OFF"), "attempt to write a readonly database"),
+}
+"""What makes SQLite refuse, what ends it, and SQLite's own words. The smallest number of pages is what the file has."""
+
+pytestmark = pytest.mark.sqlite
+
+
+class Refusing:
+    """Lets SQLite itself refuse to write while it is on."""
+
+    def __init__(self, on: str, off: str) -> None:
+        self.pragmas, self.is_on = {True: on, False: off}, False
+
+    def __call__(self, connection: object, *_: object) -> None:
+        connection.cursor().execute(self.pragmas[self.is_on])  # type: ignore[attr-defined]  # any driver's
+
+
+def until(met: Callable[[], bool], seconds: float = 60) -> None:
+    end = monotonic() + seconds
+    while not met():
+        assert monotonic() < end, "it did not happen in time"
+        sleep(0.02)
+
+
+@contextmanager
+def serving(sessions: sessionmaker[Session]) -> Iterator[None]:
+    """Poller, worker and notifier."""
+    stop = Signal()
+    parts = (
+        Poller(sessions, SETTINGS).run,
+        Worker(sessions, CachedExecutor, SETTINGS, KINDS).run,
+        Notifier(sessions, SETTINGS).run,
+    )
+    threads = [Thread(target=part, args=(stop,)) for part in parts]
+    for thread in threads:
+        thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join()
+
+
+def watch(sessions: sessionmaker[Session], folder: Path, program: WebhookServer) -> None:
+    now = datetime.now(UTC)
+    with sessions.begin() as session:
+        building = building_store.add(session, building_file("folder", str(folder)), folder, now)
+        rule = ReceiverRule("program", "webhook", program.address, KEY, WANTED_KINDS, SEVERITIES)
+        recipients.add(session, building.id, rule, "engineer", now)
+
+
+def write(folder: Path, numbers: range) -> None:
+    begin = datetime.now(UTC).replace(minute=0, second=0, microsecond=0) - timedelta(hours=12)
+    for number in numbers:
+        part = folder.parent / "part"
+        part.write_bytes(miniseed(stream(begin + timedelta(hours=number), 20, seed=number)))
+        part.rename(folder / f"{number}.mseed")
+
+
+def delivered(sessions: sessionmaker[Session]) -> int:
+    with reading(sessions)() as session:
+        return list(session.scalars(select(Delivery.state))).count("delivered")
+
+
+def count(sessions: sessionmaker[Session], table: type) -> int:
+    with reading(sessions)() as session:
+        return session.scalar(select(func.count()).select_from(table)) or 0
+
+
+@pytest.mark.parametrize("kind", REFUSALS)
+def test_writes_that_are_refused_for_a_while(
+    sessions: sessionmaker[Session], tmp_path: Path, kind: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    pragmas, words = REFUSALS[kind]
+    refusing, folder = Refusing(*pragmas), tmp_path / "records"
+    folder.mkdir()
+    event.listen(sessions.kw["bind"], "checkout", refusing)
+    with webhook_server() as program, caplog.at_level(logging.WARNING):
+        watch(sessions, folder, program)
+        write(folder, range(FILES // 2))
+        with serving(sessions):
+            until(lambda: delivered(sessions) == FILES // 2)
+            refusing.is_on = True
+            write(folder, range(FILES // 2, FILES))
+            until(lambda: any(words in line for line in caplog.messages))
+            assert count(sessions, Recording) < FILES
+            refusing.is_on = False
+            until(lambda: delivered(sessions) == FILES)
+    for table in (Recording, Event, Analysis, Message, Delivery, DeliveryAttempt):
+        assert count(sessions, table) == FILES, table
+    with reading(sessions)() as session:
+        assert set(session.scalars(select(Recording.failures))) == {0}
+    assert len({one.headers["webhook-id"] for one in program.posted}) == len(program.posted) == FILES
