@@ -16,7 +16,7 @@ import numpy as np
 
 from core.diagnosis.held_lengths import with_best_lengths
 from core.diagnosis.joint_effects import Joint, best_pair
-from core.diagnosis.plausibility import objection
+from core.diagnosis.plausibility import ends, objection
 from core.diagnosis.ranking import DECISIVE, Dropped, Ranking, ScoredCandidate, delta_bic, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
 from core.diagnosis.worth import Judge, NoiseRatios, Worth, excess, worth
@@ -217,6 +217,7 @@ def diagnosed(
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
     if len(steps) == 1 and (left.is_there or is_one_law):
         steps = [_with_near(steps[0])]
+    steps = [_with_plausible(one, last.base, judge, rank) for one in steps]
     after = judge.noise_ratios(last.base.model)
     outcome = _outcome(steps, before, left, after.held_out or 0.0, is_supported=bool(first.supported))
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, first.base, model):
@@ -428,16 +429,46 @@ def _with_near(step: Step) -> Step:
 
     The search for an effect that was far behind the best had been stopped; here it goes on.
     """
-    ranking, known = step.ranking, {one.effect for one in step.alike}
-    before = _excess(ranking, ranking.base)
+    ranking = step.ranking
+    most = (1 - NEARLY) * _excess(ranking, ranking.base)
+    return _also(step, ranking, lambda one: _excess(ranking, one.fit) < most and not _is_impossible(one, ranking))
+
+
+def _with_plausible(step: Step, final: Fit, judge: Judge, rank: Rank) -> Step:
+    """The step, and if a value of its effect is at the end of its range, all effects against which nothing speaks and
+    which would earn a name in its place: such a law may imitate another one, as a damper of a small power does sharp
+    yield.
+
+    Args:
+        step: of the model's effects.
+        final: of the model with all effects that were added.
+        judge: of the names.
+        rank: of the effects in the step's place.
+    """
+    if not any(ends(step.chosen.effect, final)):
+        return step
+    without, ranking = _without(final.model, step.chosen.effect), step.ranking
+    if without.effects.keys() != ranking.base.model.effects.keys():
+        ranking = rank(without, final.model)
+    before, observations = judge.noise_ratios(ranking.base.model), ranking.data.observations
+
+    def may_be_meant(one: ScoredCandidate) -> bool:
+        is_plausible = objection(one.effect, one.fit, observations) is None
+        return is_plausible and worth(before, judge.noise_ratios(one.fit.model)).earns_a_name
+
+    return _also(step, ranking, may_be_meant)
+
+
+def _also(step: Step, ranking: Ranking, may_be_meant: Callable[[ScoredCandidate], bool]) -> Step:
+    """The step with further effects of a ranking, each where its search ends, that may be meant."""
+    known, before = {one.effect for one in step.alike}, _excess(ranking, ranking.base)
     near = [
         found
         for one in ranking.candidates
         if one.effect not in known
         and one.delta_bic < -DECISIVE
         and _excess(ranking, one.fit) < (1 - HOPEFUL) * before
-        and _excess(ranking, (found := _searched(ranking, one)).fit) < (1 - NEARLY) * before
-        and not _is_impossible(found, ranking)
+        and may_be_meant(found := _searched(ranking, one))
     ]
     needed = without_needless((*step.alike, *near))
     return replace(step, alike=(*step.alike, *(one for one in near if one in needed)))

@@ -61,10 +61,9 @@ def implausible(effect: str, fit: Fit, observations: Sequence[Observation]) -> s
     return None if strongest is None else strongest.reason
 
 
-def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iterator[str]:
+def ends(effect: str, fit: Fit) -> Iterator[str]:
+    """Values of an effect that a fit left at an end of their range, in words; none where it was stopped."""
     values, about = fit.model.effects[effect], EFFECTS[effect]
-    if not is_excited(effect, observations):
-        yield "it depends on motion in the other direction, which no record has"
     searched = [] if fit.outcome is Outcome.STOPPED else [name for name in values if (effect, name) in fit.free]
     for one in (parameter((effect, name)) for name in searched if name not in about.linear):
         if values[one.name] in one.bounds:
@@ -72,6 +71,13 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
                 yield f"{one.name} is at its smallest allowed value ({one.meaning})"
             else:
                 yield f"{one.name} is at its largest allowed value ({one.meaning})"
+
+
+def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iterator[str]:
+    values, about = fit.model.effects[effect], EFFECTS[effect]
+    if not is_excited(effect, observations):
+        yield "it depends on motion in the other direction, which no record has"
+    yield from ends(effect, fit)
     for name, simple in about.special.items():
         if (effect, name) in fit.free and abs(values[name] - simple) < CERTAIN * fit.std[effect, name]:
             yield f"{name} may be {simple:g}, where a simpler law would do ({parameter((effect, name)).meaning})"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from synthetic_observations import BOUC_WEN, observations
 
+from core.arrays import Vector
 from core.diagnosis.missing_effects import Outcome, diagnosed
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
@@ -109,6 +110,32 @@ def test_one_law_of_another_form_is_not_two_of_a_family() -> None:
     diagnosis = diagnosed(seen, BOUC_WEN, ("relief", "braced_relief", "power_viscous", "friction"))
     (step,) = diagnosis.steps
     assert {"relief", "friction"} <= {one.effect for one in step.alike}
+    assert diagnosis.outcome is Outcome.ONE_OF_SET
+
+
+def sharp_yield(displacement: Vector, give: float) -> Vector:
+    """Force over its strength: linear over `give` (m) from each reversal, then constant."""
+    force = np.zeros(displacement.size)
+    for now, travel in enumerate(np.diff(displacement), 1):
+        force[now] = np.clip(force[now - 1] + travel / give, -1.0, 1.0)
+    return force
+
+
+@pytest.mark.parametrize("others", [(), ("hardening",)])
+def test_a_law_at_the_end_of_its_range_is_not_named_alone(others: tuple[str, ...]) -> None:
+    """A damper whose force hardly depends on the speed, with its brace, follows sharp yield better than round yield.
+
+    It does so by itself and beside another effect that is missing.
+    """
+    truth = Isolator({**BOUC_WEN.effects, **{name: HIDDEN[name] for name in others}})
+    seen = tuple(
+        replace(one, layer=replace(one.layer, force=one.layer.force + 3e6 * sharp_yield(one.layer.displacement, 0.02)))
+        for one in observations(truth, 0.01, 7)
+    )
+    diagnosis = diagnosed(seen, BOUC_WEN, ("braced_viscous", "second_hysteresis", *others))
+    sets = {step.chosen.effect: [one.effect for one in step.alike] for step in diagnosis.named}
+    assert sets == {"braced_viscous": ["braced_viscous", "second_hysteresis"]} | {name: [name] for name in others}
+    assert diagnosis.after.model.effects["braced_viscous"]["exponent"] == 0.1
     assert diagnosis.outcome is Outcome.ONE_OF_SET
 
 
