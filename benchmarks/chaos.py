@@ -412,9 +412,11 @@ def main(
     """Kill processes while earthquakes arrive, and compare the end with that of a calm run."""
 
     def end(number: int, frame: FrameType | None) -> None:
+        typer.echo(f"ended by {signal.Signals(number).name}, nothing was compared", err=True)
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, end)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
     rng, count = random.Random(seed), max(FEWEST, kills // KILLS_PER_EVENT)
     begin = datetime.now(UTC).replace(microsecond=0) - timedelta(hours=40)
     with ExitStack() as stack:
