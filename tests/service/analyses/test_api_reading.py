@@ -176,10 +176,11 @@ def tags(api: httpx.Client) -> None:
 
 
 def problems(api: httpx.Client) -> None:
+    of_another = answer(api, f"{PAPER}/events")["items"][-1]["analysis"]
     wrong = {
         f"{API}/buildings/NONE": 404,
         f"{API}/events/99": 404,
-        f"{API}/events/3?analysis=1": 404,
+        f"{API}/events/3?analysis={of_another}": 404,
         f"{API}/jobs/99": 404,
         f"{FORCE}?direction=y": 404,
         f"{API}/events/4/restoring-force?direction=x": 404,

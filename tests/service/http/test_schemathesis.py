@@ -79,6 +79,7 @@ def address(database_url: str, key: str, parts: None) -> Iterator[str]:
 def test_schemathesis_finds_nothing(address: str, key: str, database_kind: str, tmp_path: Path) -> None:
     """All its checks; in a process of its own, as its command does it."""
     options = ["--header", f"X-API-Key: {key}", "--continue-on-failure", "--seed", "1"]
+    options += ["--request-timeout", "60"]  # s: a report is slow beside other tests; 10 s is the usual limit
     options += PHASES[database_kind]
     command = [sys.executable, "-m", "schemathesis.cli", "run", f"{address}/openapi.json", *options, "--no-color"]
     done = subprocess.run(command, cwd=tmp_path, env=os.environ, capture_output=True, text=True, timeout=900)
