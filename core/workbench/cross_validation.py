@@ -6,7 +6,7 @@ predicts it no better, or worse; and once the right ones are there it has lost i
 earthquake is left out too, so that a law which goes astray beyond the range that it was fitted to is not added.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, sqrt
 
@@ -65,6 +65,11 @@ class Validated:
 def can_validate(earthquakes: Earthquakes) -> bool:
     """True if there are enough earthquakes to leave them out in turn."""
     return len(earthquakes.fitted_names) >= FEWEST
+
+
+def is_exhausted(steps: Sequence[Validated]) -> bool:
+    """True if the search ended because it adds no more than MOST_ADDED effects, not because nothing helps any more."""
+    return sum(step.is_added for step in steps[1:]) >= MOST_ADDED
 
 
 def validated(

@@ -27,7 +27,7 @@ from core.tables import Table, report
 from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
-from core.workbench.cross_validation import Validated, can_validate, validated
+from core.workbench.cross_validation import Validated, can_validate, is_exhausted, validated
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
 from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
 from core.workbench.fitting import deviations, fit_sentences, readable
@@ -238,7 +238,11 @@ def improve(
         offered = set(EFFECTS if effects is None else effects)
         steps = tuple(validated(now, seen, model.effects, offered, progress))
     if len(steps) > 1:
-        ended = "no further effect lowers the error in earthquakes left out in turn"
+        ended = (
+            "as many effects were added by earthquakes left out in turn as one improvement adds"
+            if is_exhausted(steps)
+            else "no further effect lowers the error in earthquakes left out in turn"
+        )
         last = weighted_fit(seen.fitted, steps[-1].model, steps[-1].zero)
         fit, inflation, now = last.fit, last.inflation, readable(last.fit.model)
         versions.append(Version(IMPROVED, model_errors(now, seen)))

@@ -4,7 +4,8 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.model.isolator import Isolator
-from core.workbench.cross_validation import Validated, can_validate, validated
+from core.workbench import cross_validation
+from core.workbench.cross_validation import Validated, can_validate, is_exhausted, validated
 from core.workbench.earthquakes import Earthquakes, silent
 from core.workbench.fitting import fit
 
@@ -31,6 +32,14 @@ def test_the_right_effect_is_added_and_the_stand_in_removed(steps: list[Validate
     assert steps[0].error > 2 * steps[1].error
     assert steps[-1].error < 0.03
     assert list(steps[-1].errors) == ["event 0", "event 1", "event 2"]
+
+
+def test_a_search_that_may_add_no_more_effects_is_told_from_one_that_found_none(
+    steps: list[Validated], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert not is_exhausted(steps)
+    monkeypatch.setattr(cross_validation, "MOST_ADDED", sum(step.is_added for step in steps[1:]))
+    assert is_exhausted(steps)
 
 
 def test_a_term_that_no_record_makes_act_stays_zero(steps: list[Validated]) -> None:
