@@ -96,7 +96,7 @@ def test_the_page_shows_chosen_channels_and_another_earthquake_and_asks_for_anot
         assert api.get(address[1].replace("&amp;", "&")).json()["usermeta"]["dark"]
     with sessions() as session:
         query = select(Analysis.event_id, DirectionResult.id).join(DirectionResult.analysis)
-        result = dict(session.execute(query).tuples().all())
+        result = dict(session.execute(query).all())
     assert re.search(rf"/charts/loops.json\?result={result[2]}&(amp;)?other={result[1]}\"", page)
     assert len(page) < 100_000
     (records,) = re.findall(r'href="(/fdsnws/dataselect[^"]+)"', page)
