@@ -1,7 +1,7 @@
 """The whole chain for one event: the one function that the worker calls."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -27,7 +27,7 @@ from core.record import Direction, Finding, Record, Segment
 from core.sensors.layer_agreement import LayerAgreement, recorded_agreement
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
-from core.sensors.sensor_errors import SensorHealth, sensor_health
+from core.sensors.sensor_errors import SensorDifference, SensorHealth, sensor_differences, sensor_health
 from core.shaking.floors import FloorMotion, floor_motion
 from core.shaking.measures import Shaking, shaking
 from core.signals.conditioning import band_passed
@@ -121,6 +121,8 @@ class EventAnalysis:
     """Strength of the earthquake at the ground, or at the lowest level with an accelerometer; None without one."""
     floors: tuple[FloorMotion, ...] = ()
     """Motion of the floors in each direction of `directions`."""
+    differences: Mapping[Direction, tuple[SensorDifference, ...]] = field(default_factory=dict)
+    """Differences in gain and clock between the sensors of `record`, in each horizontal direction of the building."""
 
     def __str__(self) -> str:
         title = f"Analysis of the event of {self.start:%Y-%m-%d %H:%M:%S} UTC"
@@ -217,7 +219,11 @@ def analyse(
             problems.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
     if not directions and all(finding.severity != "fatal" for finding in problems):
         problems.append(Finding("direction", "fatal", "no horizontal acceleration of the base slab is described"))
-    health = sensor_health(record, levels.record, description, agreements)
+    differences = {
+        direction: tuple(sensor_differences(levels.record, description, direction, agreement))
+        for direction, agreement in agreements.items()
+    }
+    health = sensor_health(record, differences.values())
     return EventAnalysis(
         start=record.start,
         rate=record.rate,
@@ -238,6 +244,7 @@ def analyse(
             floor_motion(levels.record, description, direction, one.restoring_force, _noise(record, direction, health))
             for direction, one in directions.items()
         ),
+        differences=differences,
     )
 
 

@@ -85,10 +85,10 @@ def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescri
         analyses: of several earthquakes, also of those that were refused.
         description: of the building.
     """
-    records = [analysis.record for analysis in analyses if analysis.record is not None]
     faults = [*_screened(analyses), *_drifting_channels(analyses, description)]
     for direction in description.horizontal_directions:
-        faults += [s for error in sensor_errors(records, description, direction) if (s := _erring(error)) is not None]
+        differences = [one for analysis in analyses for one in analysis.differences.get(direction, ())]
+        faults += [found for error in sensor_errors(differences) if (found := _erring(error)) is not None]
     return tuple({(fault.channel, fault.kind): fault for fault in faults}.values())
 
 

@@ -6,7 +6,7 @@ sensors errs follows from the fewest errors that explain all differences: that h
 with a narrow prior for sound sensors and a wide one for those that err (spike and slab: Mitchell and Beauchamp, 1988).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from core.description import BuildingDescription
 from core.errors import RecordError
 from core.record import Direction, Record
 from core.sensors.floor_agreement import floor_agreement
-from core.sensors.layer_agreement import LayerAgreement, recorded_agreement
+from core.sensors.layer_agreement import LayerAgreement
 from core.signals.noise import noise_std
 
 SOUND_STD = np.array([0.01, 1e-3, 2e-5])
@@ -123,12 +123,7 @@ def sensor_differences(
         return
 
 
-def sensor_health(
-    record: Record,
-    levels: Record,
-    description: BuildingDescription,
-    agreements: Mapping[Direction, LayerAgreement | None],
-) -> tuple[SensorHealth, ...]:
+def sensor_health(record: Record, differences: Iterable[Sequence[SensorDifference]]) -> tuple[SensorHealth, ...]:
     """Noise and gain of every channel in one event.
 
     The median gain of a direction counts as right: as long as most sensors are sound, one whose gain has changed
@@ -136,13 +131,11 @@ def sensor_health(
 
     Args:
         record: complete channels relative to their position at rest, any number per level and direction.
-        levels: the same, one per level, quantity and direction.
-        description: of the building.
-        agreements: core.sensors.layer_agreement.recorded_agreement of `levels` in each horizontal direction.
+        differences: of each horizontal direction.
     """
     noise, gains = _noise(record), dict[str, tuple[float, float]]()
-    for direction in description.horizontal_directions:
-        gains |= dict(_gains(levels, description, direction, agreements[direction]))
+    for known in differences:
+        gains |= dict(_gains(known))
     unknown = (None, None)
     return tuple(
         SensorHealth(channel.id, noise.get(channel.id), *gains.get(channel.id, unknown)) for channel in record.channels
@@ -158,15 +151,12 @@ def _noise(record: Record) -> Mapping[str, float]:
     return {channel.id: float(std) for channel, std in zip(record.channels, noise, strict=True)}
 
 
-def _gains(
-    record: Record, description: BuildingDescription, direction: Direction, across: LayerAgreement | None
-) -> Iterator[tuple[str, tuple[float, float]]]:
+def _gains(known: Sequence[SensorDifference]) -> Iterator[tuple[str, tuple[float, float]]]:
     """Gain of each channel and its standard deviation.
 
     Differences determine the logarithms of the gains up to a constant. The least-squares solution of least norm has a
     mean of zero, and its covariance is that of the difference from the mean; the median then replaces the mean.
     """
-    known = list(sensor_differences(record, description, direction, across))
     channels = sorted({name for one in known for name in (*one.channels, one.against)})
     if not channels:
         return
@@ -181,24 +171,13 @@ def _gains(
         yield name, (float(own), float(own_std))
 
 
-def sensor_errors(
-    records: Sequence[Record], description: BuildingDescription, direction: Direction
-) -> tuple[SensorError, ...]:
+def sensor_errors(differences: Sequence[SensorDifference]) -> tuple[SensorError, ...]:
     """Sensors whose gain or clock errs, by all records together, the most evident first.
 
     Args:
-        records: of several earthquakes, each with complete channels relative to their position at rest.
-        description: of the building.
-        direction: horizontal.
+        differences: of one direction, of several earthquakes.
     """
-    pooled = _pooled(
-        [
-            difference
-            for record in records
-            for across in [recorded_agreement(record, description, direction)]
-            for difference in sensor_differences(record, description, direction, across)
-        ]
-    )
+    pooled = _pooled(differences)
     erring: list[Unit] = []
     others: list[tuple[str, ...]] = []
     while True:

@@ -9,7 +9,9 @@ from consistent_sensors import RATE
 from paper_records import START
 
 from core.arrays import Vector
-from core.record import Record
+from core.record import Direction, Record
+from core.sensors.layer_agreement import recorded_agreement
+from core.sensors.sensor_errors import SensorDifference, sensor_differences
 
 ROWS = (GROUND, BASE, FOURTH, ROOF, LAYER)
 
@@ -31,3 +33,11 @@ def consistent_record(
     kept = [row for row, name in enumerate(ROWS) if name not in without]
     channels = tuple(next(c for c in paper().channels if c.id == ROWS[row]) for row in kept)
     return Record(START, RATE, channels, samples[kept])
+
+
+def differences(record: Record) -> dict[Direction, tuple[SensorDifference, ...]]:
+    """Differences between the sensors of the described building, as an analysis keeps them."""
+    return {
+        name: tuple(sensor_differences(record, paper(), name, recorded_agreement(record, paper(), name)))
+        for name in paper().horizontal_directions
+    }

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 from building_models import ROOF, paper
-from consistent_records import consistent_record
+from consistent_records import consistent_record, differences
 from consistent_sensors import COUNT, RATE
 from hypothesis import given, settings, strategies as st
 from paper_records import FLOORS, START
@@ -55,9 +55,10 @@ def earthquakes(errors: Mapping[str, Vector], storeys: Vector, *quality: Finding
             torsion=None,
             axial_load=None,
             refusal=None,
-            record=consistent_record(errors, 0.03, [7, number]),
+            record=record,
+            differences=differences(record),
         )
-        for number in range(2)
+        for record in [consistent_record(errors, 0.03, [7, number]) for number in range(2)]
     ]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from building_models import LAYER, ROOF, paper
-from consistent_records import consistent_record
+from consistent_records import consistent_record, differences
 from consistent_sensors import COUNT, RATE
 from paper_records import START
 
@@ -16,7 +16,10 @@ SOUND: dict[str, Vector] = {}
 
 
 def analysis(record: Record | None, *quality: Finding) -> EventAnalysis:
-    return EventAnalysis(START, RATE, COUNT, {}, quality, {}, None, None, None, None, record)
+    compared = {} if record is None else differences(record)
+    return EventAnalysis(
+        START, RATE, COUNT, {}, quality, {}, None, None, None, None, record=record, differences=compared
+    )
 
 
 def earthquakes(errors: dict[str, Vector]) -> list[EventAnalysis]:

@@ -5,26 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from building_models import BASE, FOURTH, GROUND, LAYER, ROOF, paper, records
-from consistent_records import ROWS, consistent_record
+from consistent_records import ROWS, consistent_record, differences
 from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
 from core.record import Channel, Record
-from core.sensors.layer_agreement import recorded_agreement
-from core.sensors.sensor_errors import SensorHealth, sensor_errors, sensor_health
+from core.sensors.sensor_errors import SensorDifference, SensorHealth, sensor_errors, sensor_health
 
 
 def earthquakes(
     errors: dict[str, Vector], noise: float = 0.03, seed: int = 0, without: tuple[str, ...] = ()
-) -> list[Record]:
-    """Records of two earthquakes."""
-    return [consistent_record(errors, noise, [seed, number], without) for number in range(2)]
+) -> list[SensorDifference]:
+    """Differences in two earthquakes."""
+    records = [consistent_record(errors, noise, [seed, number], without) for number in range(2)]
+    return [one for record in records for one in differences(record)["x"]]
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.03, 0.1])
 def test_sensors_that_agree_are_not_blamed(noise: float) -> None:
     for seed in range(2):
-        assert sensor_errors(earthquakes({}, noise, seed), paper(), "x") == ()
+        assert sensor_errors(earthquakes({}, noise, seed)) == ()
 
 
 @settings(max_examples=8, deadline=None)
@@ -39,7 +39,7 @@ def test_the_one_that_errs_is_named(name: str, part: str, size: float, sign: flo
     """Within five standard deviations, which know that a sound sensor's gain is to 1 % and its clock to 1 ms."""
     scale = {"gain": [1.0, 0.0, 0.0], "delay": [0.0, 0.15, 0.0], "clock": [0.0, 0.0, 5e-3]}[part]
     error = sign * size * np.array(scale)
-    (healths,) = sensor_errors(earthquakes({name: error}, 0.03, seed), paper(), "x")
+    (healths,) = sensor_errors(earthquakes({name: error}, 0.03, seed))
     assert (healths.channel, healths.part, healths.others) == (name, part, ())
     expected = {"gain": error[:1], "delay": error[1:2], "clock": error[1:]}[part]
     assert (np.abs(healths.value - expected) < 5 * np.sqrt(np.diag(healths.covariance))).all()
@@ -47,28 +47,27 @@ def test_the_one_that_errs_is_named(name: str, part: str, size: float, sign: flo
 
 def test_two_that_err_are_both_named() -> None:
     errors = {ROOF: np.array([0.15, 0.0, 0.0]), LAYER: np.array([0.0, 0.02, 0.0])}
-    healths = sensor_errors(earthquakes(errors), paper(), "x")
+    healths = sensor_errors(earthquakes(errors))
     assert {(one.channel, one.part) for one in healths} == {(ROOF, "gain"), (LAYER, "delay")}
 
 
 def test_of_two_sensors_either_may_err() -> None:
     """Without a transducer and with one floor only, the base slab reading too little would be the same."""
     error = {ROOF: np.array([0.15, 0.0, 0.0])}
-    (healths,) = sensor_errors(earthquakes(error, without=(LAYER, FOURTH)), paper(), "x")
+    (healths,) = sensor_errors(earthquakes(error, without=(LAYER, FOURTH)))
     assert {healths.channel, *healths.others} == {BASE, ROOF}
 
 
 def test_nothing_is_known_of_one_sensor_alone() -> None:
-    assert sensor_errors(earthquakes({}, without=(GROUND, FOURTH, ROOF, LAYER)), paper(), "x") == ()
-    assert sensor_errors([], paper(), "x") == ()
+    assert sensor_errors(earthquakes({}, without=(GROUND, FOURTH, ROOF, LAYER))) == ()
+    assert sensor_errors([]) == ()
 
 
 GAIN = 1.08
 
 
 def healths(record: Record) -> dict[str, SensorHealth]:
-    agreements = {name: recorded_agreement(record, paper(), name) for name in paper().horizontal_directions}
-    return {one.channel: one for one in sensor_health(record, record, paper(), agreements)}
+    return {one.channel: one for one in sensor_health(record, differences(record).values())}
 
 
 @pytest.mark.parametrize("erring", ROWS)
