@@ -155,7 +155,7 @@ class Attempts:
             yield
         except OperationalError as error:
             if not self.failed:
-                self.log.warning("the database is out of reach, trying again: %s", error.orig)
+                self.log.warning("the database cannot be used, trying again: %s", problem(error) or error.orig)
             self.failed += 1
         else:
             if self.failed:

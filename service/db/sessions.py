@@ -11,6 +11,7 @@ from typing import Any
 import sqlalchemy  # create_engine is looked up when it is called: service.tracing replaces it
 from sqlalchemy import URL, Connection, Engine, event, make_url
 from sqlalchemy.engine import ExceptionContext
+from sqlalchemy.exc import DBAPIError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 import service.access.tables
@@ -28,6 +29,8 @@ from service.db.problems import name
 BUSY_TIMEOUT = 30.0  # s that a writer waits for another one
 LOCKED_TIMEOUT = 1.0  # s that a new file may be locked while it is being created
 READING = "reading"
+READ_ONLY = "25006"
+"""PostgreSQL's code of a transaction that may not write."""
 
 
 class NulError(ValueError):
@@ -47,7 +50,7 @@ def engine(url: str) -> Engine:
             address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10}
         )
     event.listen(made, "before_cursor_execute", _refuse_nul)
-    event.listen(made, "handle_error", _name)
+    event.listen(made, "handle_error", _as_on_sqlite, retval=True)
     return made
 
 
@@ -62,9 +65,29 @@ def reading(sessions: sessionmaker[Session]) -> sessionmaker[Session]:
     return sessionmaker(bound.execution_options(**{READING: True}), expire_on_commit=False)
 
 
-def _name(context: ExceptionContext) -> None:
-    if context.sqlalchemy_exception is not None and context.engine is not None:
-        name(context.sqlalchemy_exception, context.engine.url)
+def _as_on_sqlite(context: ExceptionContext) -> DBAPIError | None:
+    """Name the database of an error; an OperationalError instead wherever waiting may help, as SQLite raises.
+
+    psycopg raises others for a transaction that may not write, and for a connection that was lost earlier.
+    """
+    error = context.sqlalchemy_exception
+    if error is None or context.engine is None:
+        return None
+    name(error, context.engine.url)
+    if isinstance(error, OperationalError) or not isinstance(error, DBAPIError):
+        return None
+    if not context.is_disconnect and getattr(error.orig, "sqlstate", None) != READ_ONLY:
+        return None
+    passing = OperationalError(
+        error.statement,
+        error.params,
+        error.orig or error,
+        hide_parameters=error.hide_parameters,
+        connection_invalidated=context.is_disconnect,
+        ismulti=error.ismulti,
+    )
+    name(passing, context.engine.url)
+    return passing
 
 
 def _address(url: str) -> URL:

@@ -24,7 +24,7 @@ DETAIL = {
 ROLE_TOO_LOW = " If it exists, your role there is too low for this request."
 UNREACHABLE = (OperationalError, InterfaceError, PoolTimeoutError)
 """Database errors that mean that the database does not answer or is too busy."""
-AWAY = "The database does not answer. The service continues as soon as it does; try again soon."
+AWAY = "The database does not answer or cannot be written. The service continues as soon as it can; try again soon."
 RETRY_AFTER = 5
 """s, suggested to clients while the database does not answer."""
 METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")

@@ -203,7 +203,7 @@ class Worker:
             with self.sessions.begin() as session:
                 process_leases.give_up(session, WORKING, self.holder)
         except OperationalError as error:
-            log.warning("the database is out of reach, the claims will lapse by themselves: %s", error.orig)
+            log.warning("the database cannot be used, the claims will lapse by themselves: %s", error.orig)
         self.running.clear()
 
     def _stop(self, futures: Collection[Future[Any]]) -> None:

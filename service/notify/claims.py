@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from random import Random
 
-from sqlalchemy import Select, and_, case, exists, or_, select, update
+from sqlalchemy import Select, and_, case, delete, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.buildings.recipient_rules import SEVERITIES, shown_address
@@ -95,6 +95,15 @@ def finish(
     if result.is_final or claimed.tries >= policy.attempts:
         return _change(session, claimed, state="failed", finished_at=now)
     return _change(session, claimed, state="waiting", due_at=now + policy.pause(claimed.tries, rng))
+
+
+def withdraw(session: Session, claimed: Claim) -> bool:
+    """Undo a claim under which nothing was sent: it is no attempt. False if another notifier has the delivery."""
+    if not _change(session, claimed, state="waiting", tries=Delivery.tries - 1):
+        return False
+    of_attempt = (DeliveryAttempt.delivery_id == claimed.delivery_id, DeliveryAttempt.number == claimed.token)
+    session.execute(delete(DeliveryAttempt).where(*of_attempt))
+    return True
 
 
 def replay(delivery: Delivery, now: datetime) -> None:

@@ -62,6 +62,8 @@ class Notifier:
     rng: Random = field(default_factory=Random)
     failing: set[str] = field(default_factory=set)
     """Recipients whose last attempt failed."""
+    unsent: list[Claim] = field(default_factory=list)
+    """Claims under which nothing was sent, because the database could not be read; undone as soon as it can be used."""
 
     def run(self, stop: Signal) -> None:
         """Deliver until `stop` is set; attempts under way are completed."""
@@ -75,7 +77,8 @@ class Notifier:
                 if step.done():
                     step = pool.submit(self._step, housekeeping)
                 stop.wait(attempts.pause(IDLE))
-        with suppress(OperationalError):  # the lease lapses by itself
+        with suppress(OperationalError):  # the leases lapse by themselves
+            self._withdraw_unsent()
             housekeeping.end()
 
     def run_until_idle(self) -> int:
@@ -102,9 +105,16 @@ class Notifier:
             log.exception("housekeeping of the notifier failed")
 
     def _claim(self) -> Claim | None:
+        self._withdraw_unsent()
         lease = timedelta(seconds=self.settings.notify.timeout) + SPARE
         with self.sessions.begin() as session:
             return claims.claim(session, self.clock(), lease, self._retry_policy)
+
+    def _withdraw_unsent(self) -> None:
+        for claim in tuple(self.unsent):  # attempts under way may add others
+            with self.sessions.begin() as session:
+                claims.withdraw(session, claim)
+            self.unsent.remove(claim)
 
     def _deliver(self, claim: Claim) -> None:
         """One attempt; if its result cannot be stored, the lease lapses and the delivery is attempted again."""
@@ -113,8 +123,12 @@ class Notifier:
 
     def _attempt(self, claim: Claim) -> None:
         started = monotonic()
-        with speaking(claim.language):
-            result = self._sent(claim)
+        try:
+            with speaking(claim.language):
+                result = self._sent(claim)
+        except OperationalError:  # no fault of the message; logged where the outbox is read
+            self.unsent.append(claim)
+            return
         seconds = monotonic() - started
         try:
             with self.sessions.begin() as session:
@@ -127,6 +141,11 @@ class Notifier:
         self._log(claim.receiver, result)
 
     def _sent(self, claim: Claim) -> DeliveryResult:
+        """The result of an attempt.
+
+        Raises:
+            OperationalError: the message could not be read from the database, so that nothing was sent.
+        """
         try:
             with reading(self.sessions)() as session:
                 delivery = session.get_one(Delivery, claim.delivery_id)
@@ -143,6 +162,8 @@ class Notifier:
                     message = with_report(session, delivery.message, message, self.clock())
         except MissingVariableError as missing:
             return DeliveryResult("not_taken", str(missing))
+        except OperationalError:
+            raise
         except Exception:  # a bug with one message does not stop others, and is shown
             log.exception("delivery %d could not be rendered", claim.delivery_id)
             return DeliveryResult("not_taken", texts.NOT_RENDERED)

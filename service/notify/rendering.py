@@ -11,6 +11,7 @@ from zoneinfo import ZoneInfo
 
 import numpy as np
 from sqlalchemy import select
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert
@@ -214,6 +215,8 @@ def with_report(session: Session, message: Message, shown: RenderedMessage, now:
     try:
         report = earthquake.earthquake_report(session, event_id, texts.MARKS.get(message.kind, ""))
         content = rendering.pdf(report, pictures.pictures(session, report), now)
+    except OperationalError:  # all of it waits for the database
+        raise
     except Exception:  # the message is more important than its attachment
         log.exception("the report on event %d could not be made", event_id)
         return replace(shown, note=" ".join(filter(None, (shown.note, said(texts.NO_REPORT)))))

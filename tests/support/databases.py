@@ -11,7 +11,7 @@ from shutil import copyfile, rmtree
 from tempfile import mkdtemp
 from typing import Any
 
-from sqlalchemy import create_engine, make_url, text
+from sqlalchemy import URL, create_engine, make_url, text
 
 from service.db import migrate
 
@@ -72,6 +72,13 @@ def postgresql(server: str, template: str = TEMPLATE) -> Iterator[str]:
         yield make_url(server).set(drivername="postgresql+psycopg", database=name).render_as_string(hide_password=False)
     finally:
         _at(server, f"DROP DATABASE {name} WITH (FORCE)")
+
+
+def alter(server: str, url: str | URL, change: str) -> None:
+    """Alter one of a server's databases; connections to it end."""
+    name = make_url(url).database
+    end = f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'"
+    _at(server, f"ALTER DATABASE {name} {change}", end)
 
 
 def _at(server: str, *statements: str) -> None:

@@ -43,7 +43,7 @@ def test_a_process_logs_once_that_the_database_is_away_and_once_that_it_is_back(
     pauses += [requested(sessions, attempts) for _ in range(2)]
     assert pauses == [1.0, 2.0, 4.0, 8.0, 1.0, 1.0]
     away, back = [record.getMessage() for record in caplog.records if record.name == "part"]
-    assert away.startswith("the database is out of reach, trying again: ")
+    assert away.startswith("the database cannot be used, trying again: ")
     assert back == "the database is back"
     sessions.kw["bind"].dispose()
 

@@ -8,7 +8,9 @@ from pathlib import Path
 from threading import Event as Signal, Thread
 from time import monotonic, sleep
 
+import databases
 import pytest
+from api_client import client as opened_client
 from cached_executor import CachedExecutor
 from monitoring_server import building_file, miniseed, stream
 from receivers import WebhookServer, webhook_server
@@ -39,12 +41,10 @@ SETTINGS = Settings(
     notice_delay=0.1,
 )
 REFUSALS = {
-    "full": (("PRAGMA max_page_count = 1", "PRAGMA max_page_count = 4294967294"), "database or disk is full"),
-    "read-only": (("PRAGMA query_only = ON", "PRAGMA query_only = OFF"), "attempt to write a readonly database"),
+    "full": (("PRAGMA max_page_count = 1", "PRAGMA max_page_count = 4294967294"), "is on a full disk"),
+    "read-only": (("PRAGMA query_only = ON", "PRAGMA query_only = OFF"), "is read-only"),
 }
 """What makes SQLite refuse, what ends it, and SQLite's own words. The smallest number of pages is what the file has."""
-
-pytestmark = pytest.mark.sqlite
 
 
 class Refusing:
@@ -55,6 +55,9 @@ class Refusing:
 
     def __call__(self, connection: object, *_: object) -> None:
         connection.cursor().execute(self.pragmas[self.is_on])  # type: ignore[attr-defined]  # any driver's
+
+    def switch(self, is_on: bool) -> None:
+        self.is_on = is_on
 
 
 def until(met: Callable[[], bool], seconds: float = 60) -> None:
@@ -110,24 +113,57 @@ def count(sessions: sessionmaker[Session], table: type) -> int:
         return session.scalar(select(func.count()).select_from(table)) or 0
 
 
+@pytest.mark.parametrize("database_kind", ["sqlite"], indirect=True)
 @pytest.mark.parametrize("kind", REFUSALS)
-def test_writes_that_are_refused_for_a_while(
+def test_sqlite_refuses_writes_for_a_while(
     sessions: sessionmaker[Session], tmp_path: Path, kind: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     pragmas, words = REFUSALS[kind]
-    refusing, folder = Refusing(*pragmas), tmp_path / "records"
-    folder.mkdir()
+    refusing = Refusing(*pragmas)
     event.listen(sessions.kw["bind"], "checkout", refusing)
+    lose_nothing(sessions, tmp_path, refusing.switch, words, caplog)
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"], indirect=True)
+def test_postgresql_is_read_only_for_a_while(
+    sessions: sessionmaker[Session], postgres: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    url = sessions.kw["bind"].url
+
+    def switch(is_on: bool) -> None:
+        databases.alter(postgres, url, f"SET default_transaction_read_only = {'on' if is_on else 'off'}")
+
+    lose_nothing(sessions, tmp_path, switch, "is read-only; use the primary server, or allow writing", caplog)
+    assert not [one for one in caplog.records if one.exc_info], "it was taken for a bug"
+    with opened_client(url.render_as_string(hide_password=False)) as api:
+        assert api.get("/api/v1/buildings").status_code == 200
+        switch(True)
+        assert api.get("/api/v1/buildings").status_code == 200
+        answer = api.post("/api/v1/keys", json={"name": "tool", "role": "viewer"})
+        assert (answer.status_code, answer.headers["Retry-After"]) == (503, "5")
+        assert "cannot be written" in answer.json()["detail"]
+
+
+def lose_nothing(
+    sessions: sessionmaker[Session],
+    tmp_path: Path,
+    switch: Callable[[bool], None],
+    words: str,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Poller, worker and notifier wait while writes are refused, say why, and then go on."""
+    folder = tmp_path / "records"
+    folder.mkdir()
     with webhook_server() as program, caplog.at_level(logging.WARNING):
         watch(sessions, folder, program)
         write(folder, range(FILES // 2))
         with serving(sessions):
             until(lambda: delivered(sessions) == FILES // 2)
-            refusing.is_on = True
+            switch(True)
             write(folder, range(FILES // 2, FILES))
             until(lambda: any(words in line for line in caplog.messages))
             assert count(sessions, Recording) < FILES
-            refusing.is_on = False
+            switch(False)
             until(lambda: delivered(sessions) == FILES)
     for table in (Recording, Event, Analysis, Message, Delivery, DeliveryAttempt):
         assert count(sessions, table) == FILES, table

@@ -9,12 +9,14 @@ from random import Random
 from threading import Event, Thread
 from time import monotonic, sleep
 
+import databases
 import pytest
 from building_files import SMALL
 from hypothesis import given, strategies as st
 from receivers import MailServer, WebhookServer, mail_server, webhook_server
 from rendered_messages import KEY
-from sqlalchemy import select
+from sqlalchemy import event, select
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 from standardwebhooks import Webhook
 
@@ -249,6 +251,29 @@ def test_a_delivery_is_one_notifiers_until_its_lease_lapses(stage: Stage) -> Non
     assert finished(stage, second, DeliveryResult("delivered", "taken"), NOW + LEASE * 1.3)
     assert stage.states() == ["delivered"]
     assert [one.answer for one in stage.attempts()] == ["late", "taken"], "but what it saw is kept"
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"], indirect=True)
+def test_a_database_that_goes_away_before_a_message_is_read_costs_no_attempt(stage: Stage, postgres: str) -> None:
+    engine = stage.sessions.kw["bind"]
+    stage.add_recipient("webhook", stage.program.address + "/hook")
+    stage.put("Earthquake")
+    notifier = stage.notifier
+
+    def go_away(*_: object) -> None:
+        databases.alter(postgres, engine.url, "ALLOW_CONNECTIONS false")
+
+    event.listen(engine, "checkin", go_away, once=True)  # when the delivery has been claimed
+    with pytest.raises(OperationalError, match="not currently accepting connections"):
+        notifier.run_until_idle()
+    databases.alter(postgres, engine.url, "ALLOW_CONNECTIONS true")
+    assert stage.states() == ["sending"]
+    assert notifier.run_until_idle() == 1
+    assert stage.received() == [("Earthquake", False)]
+    (attempt,) = stage.attempts()
+    assert (attempt.outcome, attempt.is_repeat) == ("delivered", False)
+    with stage.sessions() as session:
+        assert session.scalars(select(Delivery.tries)).one() == 1
 
 
 def test_who_is_removed_in_the_middle_of_an_attempt_gets_no_other(stage: Stage) -> None:

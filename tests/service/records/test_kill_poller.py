@@ -117,7 +117,7 @@ def test_postgresql_that_is_stopped_and_started_again(
             stoppable_postgres.start()
         until_read(sessions, FILES + 5)
         assert interrupt(poller) == 0
-    assert "out of reach" in (tmp_path / "output").read_text()
+    assert "cannot be used, trying again" in (tmp_path / "output").read_text()
     assert "the database is back" in (tmp_path / "output").read_text()
     assert_each_once(sessions, FILES + 5)
     sessions.kw["bind"].dispose()
@@ -138,7 +138,7 @@ def test_sqlite_that_is_locked_by_another_program(server: Server, tmp_path: Path
                 other.execute("ROLLBACK")
         until_read(sessions, FILES)
         assert interrupt(poller) == 0
-    assert "out of reach" in (tmp_path / "output").read_text()
+    assert "cannot be used, trying again" in (tmp_path / "output").read_text()
     assert_each_once(sessions, FILES)
     sessions.kw["bind"].dispose()
 
