@@ -14,11 +14,12 @@ import numpy as np
 
 from core.comparison.compared import compare_forces, force_misfit
 from core.diagnosis.candidate_search import is_excited, score_tests, search_in_parallel
-from core.diagnosis.plausibility import CERTAIN, objection
+from core.diagnosis.plausibility import objection
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, finite_fit, reweighted_data, weighted_fit
+from core.fitting.fit import Fit, finite_fit, reweighted_data
+from core.fitting.idle_terms import acting_fit
 from core.fitting.search import Outcome
 from core.frozen import FrozenDict
 from core.model.isolator import Isolator, Key
@@ -90,7 +91,8 @@ def validated(
     """
     by_noise = FitData.by_noise(sorted(earthquakes.fitted, key=lambda one: one.start))
     lasting = {name for name in offered if not any(one.is_instant for one in EFFECTS[name].parameters)}
-    fitted, zero = _fitted(model, earthquakes, frozenset())
+    first, zero = acting_fit(earthquakes.fitted, model)
+    fitted = first.fit
     folds = _Folds(by_noise, fitted, earthquakes)
     now = Validated(fitted.model, zero, "", True, folds.errors(fitted.model, zero))
     yield now
@@ -102,7 +104,8 @@ def validated(
         if better is None:
             break
         yield better
-        now, folds = better, _Folds(by_noise, _fitted(better.model, earthquakes, better.zero)[0], earthquakes)
+        fitted = acting_fit(earthquakes.fitted, better.model, better.zero)[0].fit
+        now, folds = better, _Folds(by_noise, fitted, earthquakes)
         while (fewer := _without_idle(now, {*given, better.change}, folds, earthquakes)) is not None:
             removed.add(fewer.change)
             yield fewer
@@ -145,35 +148,6 @@ class _Folds:
         return float(force_misfit([one for one in forces if one.observation.name == name]).nrmse)
 
 
-def _fitted(model: Isolator, earthquakes: Earthquakes, zero: frozenset[Key]) -> tuple[Fit, frozenset[Key]]:
-    """Fit to all earthquakes, and the terms that stay 0 in it: also those that no record makes act.
-
-    A term is one of several amplitudes of an effect. Its value is then not known to differ from 0, and beyond the range
-    of the records its force may be anything.
-    """
-    while True:
-        weighted = weighted_fit(earthquakes.fitted, model, zero)
-        fit, size = weighted.fit, sqrt(weighted.inflation)
-        terms = [key for key in fit.free if key[1] in EFFECTS[key[0]].linear and _has_others(key, zero)]
-        weak = {key: abs(_value(fit, key)) / (size * fit.std[key]) if fit.std[key] > 0 else 0.0 for key in terms}
-        weak |= {key: 0.0 for key in terms if key in fit.undetermined}
-        least = min(weak, key=lambda key: weak[key], default=None)
-        if least is None or weak[least] >= CERTAIN:
-            return fit, zero
-        zero |= {least}
-        model = _at_zero(fit.model, least)
-
-
-def _has_others(key: Key, zero: frozenset[Key]) -> bool:
-    """True if the key's effect has other amplitudes besides."""
-    return len({name for name in EFFECTS[key[0]].linear if (key[0], name) not in zero}) > 1
-
-
-def _at_zero(model: Isolator, key: Key) -> Isolator:
-    effect, name = key
-    return Isolator({**model.effects, effect: {**model.effects[effect], name: 0.0}})
-
-
 def _extended(now: Validated, names: Collection[str], folds: _Folds, earthquakes: Earthquakes) -> Validated | None:
     """The model with the effect that predicts best; None if none predicts better than the model without.
 
@@ -192,7 +166,8 @@ def _extended(now: Validated, names: Collection[str], folds: _Folds, earthquakes
     for error, name in sorted(tried):
         if error >= enough:
             return None
-        fit, zero = _fitted(fits[name].model, earthquakes, now.zero)
+        weighted, zero = acting_fit(earthquakes.fitted, fits[name].model, now.zero)
+        fit = weighted.fit
         if objection(name, fit, earthquakes.fitted) is None:
             errors = folds.errors(fit.model, zero)
             if _pooled(errors) < enough:
@@ -215,13 +190,10 @@ def _without_idle(now: Validated, kept: Collection[str], folds: _Folds, earthqua
     zero = frozenset(key for key in now.zero if key[0] != least)
     if _pooled(folds.errors(fewer[least].model, zero)) >= IDLE * _pooled(folds.errors(now.model, now.zero)):
         return None
-    fit, zero = _fitted(fewer[least].model, earthquakes, zero)
-    return Validated(fit.model, zero, least, False, folds.errors(fit.model, zero))
+    weighted, zero = acting_fit(earthquakes.fitted, fewer[least].model, zero)
+    fitted = weighted.fit.model
+    return Validated(fitted, zero, least, False, folds.errors(fitted, zero))
 
 
 def _pooled(errors: Mapping[str, float]) -> float:
     return sqrt(sum(one**2 for one in errors.values()) / len(errors))
-
-
-def _value(fit: Fit, key: Key) -> float:
-    return float(fit.model.effects[key[0]][key[1]])

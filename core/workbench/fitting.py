@@ -7,7 +7,8 @@ from math import inf, sqrt
 
 import numpy as np
 
-from core.fitting.fit import Fit, weighted_fit
+from core.fitting.fit import Fit
+from core.fitting.idle_terms import acting_fit, terms_at_zero
 from core.fitting.observation import Observation
 from core.fitting.search import Outcome
 from core.frozen import FrozenDict
@@ -42,6 +43,8 @@ class FitResult:
     earthquakes: Earthquakes
     versions: tuple[Version, ...]
     """The model as given, and fitted."""
+    zero: frozenset[Key] = frozenset()
+    """Terms that were 0 in the model as given, and that no record makes act: they stay 0."""
 
     @property
     def std(self) -> Deviations:
@@ -50,8 +53,8 @@ class FitResult:
 
     @property
     def fit_text(self) -> tuple[str, ...]:
-        """Sentences on how the fit ended, and on what weakens it."""
-        return fit_sentences(self.fit, self.inflation)
+        """Sentences on how the fit ended, on what weakens it, and on terms that stay 0."""
+        return (*fit_sentences(self.fit, self.inflation), *_zero_sentences(self.zero))
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -74,6 +77,9 @@ def fit(
 ) -> FitResult:
     """Fit the values of all effects of a model to all earthquakes but those held out.
 
+    A term that is 0 beside another amplitude of its effect, as `improve` leaves it, stays 0 unless the records make it
+    act.
+
     Args:
         model: effects, and values to start from.
         earthquakes: observations of one building.
@@ -86,12 +92,12 @@ def fit(
     """
     seen = Earthquakes.of(earthquakes, hold_out)
     progress("fitting", 0, 2)
-    weighted = weighted_fit(seen.fitted, model)
+    weighted, zero = acting_fit(seen.fitted, model, among=terms_at_zero(model))
     fitted = readable(weighted.fit.model)
     progress("driving the model by the motion and by the ground alone", 1, 2)
     versions = (Version("as given", model_errors(model, seen)), Version("fitted", model_errors(fitted, seen)))
     progress("fitted", 2, 2)
-    return FitResult(model, fitted, weighted.fit, weighted.inflation, seen, versions)
+    return FitResult(model, fitted, weighted.fit, weighted.inflation, seen, versions, zero)
 
 
 def readable(model: Isolator) -> Isolator:
@@ -138,6 +144,14 @@ def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
     if close := _close(fit):
         pairs = "; ".join(f"{one} and {other} ({ρ:+.3f})" for one, other, ρ in close[:MOST_PAIRS])
         yield f"Strongly correlated, barely distinguishable: {pairs}."
+
+
+def _zero_sentences(zero: frozenset[Key]) -> Iterator[str]:
+    for key in sorted(zero):
+        yield (
+            f"The term {key[1]} of {key[0]} ({parameter(key).meaning}) is 0 in the model and stays 0: no record makes "
+            "it act. Another value in the model's file sets it free."
+        )
 
 
 ENDINGS = {

@@ -36,6 +36,9 @@ from core.workbench.tables import Deviations, gain, values_table, version_tables
 
 ROUNDS = 3
 """Diagnoses at most. A choice."""
+MOST_DIAGNOSES = (
+    "Improvement ended: the maximum number of diagnoses was reached; run `menshin model improve` again to continue."
+)
 BEFORE, IMPROVED = "before", "improved"
 """Names of the model before and after all changes."""
 
@@ -157,7 +160,7 @@ class ImprovementResult:
     added: tuple[str, ...]
     """Effects in the order in which they were added."""
     ended: str
-    """Reason for the end, in words."""
+    """That it ended, and why, as a sentence."""
     versions: tuple[Version, ...]
     """The model as given, refitted, then with each effect that a diagnosis added, and after all changes by earthquakes
     left out."""
@@ -221,7 +224,7 @@ def improve(
     rounds: list[DiagnosisResult] = []
     added: list[str] = []
     versions: list[Version] = []
-    now, ended = model, "the maximum number of diagnoses was reached; run `menshin model improve` again to continue"
+    now, ended = model, MOST_DIAGNOSES
     while len(rounds) < ROUNDS:
         result = diagnose(now, seen, effects=effects, progress=progress)
         rounds.append(result)
@@ -239,9 +242,9 @@ def improve(
         steps = tuple(validated(now, seen, model.effects, offered, progress))
     if len(steps) > 1:
         ended = (
-            "as many effects were added by earthquakes left out in turn as one improvement adds"
+            "Improvement ended: as many effects were added by earthquakes left out in turn as one improvement adds."
             if is_exhausted(steps)
-            else "no further effect lowers the error in earthquakes left out in turn"
+            else "Improvement ended: no further effect lowers the error in earthquakes left out in turn."
         )
         last = weighted_fit(seen.fitted, steps[-1].model, steps[-1].zero)
         fit, inflation, now = last.fit, last.inflation, readable(last.fit.model)
@@ -273,14 +276,23 @@ def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
     """Reason to add nothing more; None if another diagnosis may support more."""
     if result.faults:
         kinds = ", ".join(dict.fromkeys(one.kind for one in result.faults))
-        return f"the building or its sensors have a fault ({kinds}); `menshin model diagnose` describes it"
+        return (
+            f"Improvement ended: the building or its sensors have a fault ({kinds}); `menshin model diagnose` "
+            "describes it."
+        )
     if result.diagnosis.outcome is Outcome.UNKNOWN and not count:
-        return "the remaining error has structure that no known effect explains"
+        return "Improvement ended: the remaining error has structure that no known effect explains."
     if count < len(result.stages):
-        return f"{result.stages[count].effect} has support but does not lower the error on held-out earthquakes"
+        return (
+            f"Improvement ended: {result.stages[count].effect} has support but does not lower the error on held-out "
+            "earthquakes."
+        )
     if result.diagnosis.outcome is Outcome.OUT_OF_RANGE:
-        return "no effect is missing where the model was fitted, and it fails on held-out earthquakes; fit with these"
-    return None if result.stages else "no further effect is needed"
+        return (
+            "Improvement ended: no effect is missing where the model was fitted, and it fails on held-out earthquakes; "
+            "fit with these."
+        )
+    return None if result.stages else "Improvement ended: no further effect is needed."
 
 
 def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
@@ -294,7 +306,7 @@ def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
 
 
 def _ending_sentences(result: ImprovementResult) -> Iterator[str]:
-    yield f"Improvement ended: {result.ended}."
+    yield result.ended
     yield from _left_out_sentences(result)
     yield from gain(result.versions[0], result.versions[-1], result.earthquakes)
     yield from fit_sentences(result.fit, result.inflation)

@@ -49,6 +49,23 @@ def test_a_term_that_no_record_makes_act_stays_zero(steps: list[Validated]) -> N
     assert steps[-1].model.effects["hardening"]["k3"] == pytest.approx(8e10, rel=0.1)
 
 
+def test_a_later_fit_leaves_such_a_term_at_zero_and_says_so(steps: list[Validated]) -> None:
+    later = fit(steps[-1].model, seen())
+    assert later.zero == {("hardening", "k5")}
+    assert later.model.effects["hardening"] == {"k3": pytest.approx(8e10, rel=0.1), "k5": 0}
+    assert "The term k5 of hardening (force over its fifth power) is 0 in the model and stays 0" in later.fit_text[-1]
+
+
+def test_a_later_fit_frees_the_term_once_records_make_it_act() -> None:
+    """In earthquakes whose layer has the fifth power, of a size that matters."""
+    truth = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 8e10, "k5": 5e13}})
+    given = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 8e10, "k5": 0.0}})
+    later = fit(given, seen(truth))
+    assert later.zero == frozenset()
+    assert later.model.effects["hardening"]["k5"] == pytest.approx(5e13, rel=0.1)
+    assert not any("stays 0" in sentence for sentence in later.fit_text)
+
+
 def test_nothing_is_added_where_nothing_is_missing() -> None:
     """Though each takes a little where it is fitted."""
     offered = ("displacement_damping", "hardening", "power_viscous", "recent_softening")
