@@ -6,6 +6,7 @@ A database of so many buildings is made in a temporary folder (`benchmarks/city.
 this process unless they are said to be of the clock; the time of a PostgreSQL server is not in them.
 """
 
+import gc
 import multiprocessing
 import re
 import shutil
@@ -32,7 +33,6 @@ from sqlalchemy.orm import Session, sessionmaker
 
 warnings.simplefilter("ignore")
 
-import service.app  # noqa: E402
 from benchmarks import city  # noqa: E402
 from benchmarks.pages import LOCAL, more_events  # noqa: E402
 from benchmarks.rounds import idle_round  # noqa: E402
@@ -43,6 +43,7 @@ from service.jobs.queue import WATCH, Claim  # noqa: E402
 from service.jobs.tables import Job  # noqa: E402
 from service.poller import Poller  # noqa: E402
 from service.records.tables import Event, SourceState  # noqa: E402
+from service.serving import loaded  # noqa: E402
 from service.settings import Settings  # noqa: E402
 
 SIZES = (10, 100, 1_000)
@@ -199,15 +200,22 @@ MORE = {
 LEFT_OUT = ("pdf", "progress", "/report.html", "/reports/", "openapi", "docs")
 
 
+def application(url: str) -> FastAPI:
+    """The application as the server of the API starts it."""
+    app: FastAPI = loaded().create(Settings(database_url=url), Caller("reader", Role.admin))
+    gc.freeze()
+    return app
+
+
 def of_pages(url: str, count: int) -> Iterator[Taken]:
     """Pages, metrics, readiness and FDSN answers."""
-    app = service.app.create(Settings(database_url=url), Caller("reader", Role.admin))
+    app = application(url)
     yield from answers(app, MORE, count)
 
 
 def of_api(url: str, count: int) -> Iterator[Taken]:
     """Every answer of the API that reads."""
-    app = service.app.create(Settings(database_url=url), Caller("reader", Role.admin))
+    app = application(url)
     yield from answers(app, {path: path for path in sorted(app.openapi()["paths"]) if _is_read(app, path)}, count)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
+from prometheus_client import CollectorRegistry
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 from starlette.routing import BaseRoute
 
@@ -29,7 +30,7 @@ from service.buildings import api as building_api, pages as building_pages
 from service.db.encryption import SecretKeyError
 from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
-from service.health import api as health_api, metrics
+from service.health import api as health_api
 from service.health.metrics import Measured
 from service.http import api_page, error_pages, languages, libraries, problems
 from service.http.guard import Guard
@@ -106,11 +107,11 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.questions = Counter()
     app.state.ending = Signal()
     app.state.unready_since = {}  # check name to time
-    app.state.metrics = metrics.registry(app.state.reading)
+    app.state.durations = CollectorRegistry()
     app.add_middleware(GZipMiddleware, minimum_size=COMPRESSED, compresslevel=5, exclude_content_types=DENSE)
     app.add_middleware(RequestCapture)
     app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.service_problem)
-    app.add_middleware(Measured, registry=app.state.metrics)
+    app.add_middleware(Measured, registry=app.state.durations)
     app.add_middleware(languages.Languages)
     app.add_middleware(RequestIds)
     tracing.trace_requests(app)

@@ -64,7 +64,9 @@ def api(
         return
     from service.http.server import server
 
-    running = server(_application().create(settings, visitor), answering=answering)
+    application = loaded().create(settings, visitor)
+    gc.freeze()  # as its modules: a search through all of it takes 0.3 s, every few pages that read thousands of rows
+    running = server(application, answering=answering)
 
     def end_with_other_parts() -> None:
         stop.wait()
@@ -137,7 +139,7 @@ def _end(process: SpawnProcess, *, terminate: bool) -> None:
 
 def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event, level: int) -> None:
     """The main function of the API's process; it ends on SIGTERM, or with its parent."""
-    _application()  # takes seconds, during which SIGTERM ends the process at once
+    loaded()  # takes seconds, during which SIGTERM ends the process at once
     stop, parent = Signal(), parent_process()
     assert parent is not None
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
@@ -152,7 +154,7 @@ def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answ
     api(settings, stop, door, visitor, answers.set)
 
 
-def _application() -> ModuleType:
+def loaded() -> ModuleType:
     """The module of the application, imported without searches for garbage, which took almost half of the time."""
     gc.disable()
     try:

@@ -4,15 +4,14 @@ from datetime import UTC, datetime
 from typing import Any
 
 from fastapi import APIRouter, Depends, Request, Response
-from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import Field
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import auth
 from service.db import migrate
-from service.health import readiness
-from service.health.metrics import Stored
+from service.health import metrics, readiness
 from service.http.parameters import Reading
 from service.http.problems import openapi_responses, problem
 from service.schema import Answer
@@ -112,5 +111,5 @@ def measured(request: Request, sessions: Reading) -> Response:
     Times are Unix times: `time() - menshin_oldest_waiting_job_timestamp_seconds` is how long a job has waited.
     """
     is_limited = auth.caller(request).buildings is not None
-    shown = Stored(sessions) if is_limited else request.app.state.metrics
-    return Response(generate_latest(shown), media_type=CONTENT_TYPE_LATEST)
+    durations = None if is_limited else request.app.state.durations
+    return Response(metrics.exposition(sessions, durations), media_type=CONTENT_TYPE_LATEST)

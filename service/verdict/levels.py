@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, func, or_, select
+from sqlalchemy import ColumnElement, Text, case, cast, func, or_, select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from service.buildings.tables import Building
-from service.db.select import Line, Question
+from service.db.select import Question
 from service.verdict import reading
 from service.verdict.checks import LEVELS, Level
 from service.verdict.tables import BuildingLevel
@@ -36,6 +36,79 @@ class Area:
     west: float
     north: float
     east: float
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """Where some buildings are, degrees."""
+
+    count: int
+    south: float
+    north: float
+    west: float
+    """The least longitude."""
+    east: float
+    """The greatest longitude."""
+    last_western: float | None
+    """The greatest negative longitude."""
+    first_eastern: float | None
+    """The least longitude that is not negative."""
+
+    def joined(self, other: "Extent") -> "Extent":
+        """The extent of these buildings and others."""
+        western = [one for one in (self.last_western, other.last_western) if one is not None]
+        eastern = [one for one in (self.first_eastern, other.first_eastern) if one is not None]
+        return Extent(
+            count=self.count + other.count,
+            south=min(self.south, other.south),
+            north=max(self.north, other.north),
+            west=min(self.west, other.west),
+            east=max(self.east, other.east),
+            last_western=max(western, default=None),
+            first_eastern=min(eastern, default=None),
+        )
+
+    @property
+    def degrees(self) -> tuple[float, float]:
+        """Longitude from which all others are counted eastwards, so that no group is torn at the date line; width."""
+        if self.east - self.west <= 180 or self.first_eastern is None or self.last_western is None:
+            return self.west, self.east - self.west
+        return self.first_eastern, self.last_western + 360 - self.first_eastern
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Cells of a map, degrees; longitudes are counted eastwards from `shift`."""
+
+    shift: float
+    west: float
+    south: float
+    """Edges of the cell with column 0 and row 0."""
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """The buildings in a cell of a map; `east`, `first` and `last` are degrees east of the grid's `shift`."""
+
+    column: int
+    row: int
+    count: int
+    level: Level
+    """The worst of its buildings."""
+    code: str
+    name: str
+    """Of the first building of that level, by code."""
+    north: float
+    east: float
+    """Mean latitude and longitude."""
+    least: float
+    most: float
+    """Bounds of the latitudes."""
+    first: float
+    last: float
+    """Bounds of the longitudes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,13 +186,41 @@ def stored_ranks(session: Session, buildings: Collection[int]) -> Mapping[int, i
     return {row[0]: row[1] for row in session.execute(query)}
 
 
-def places(session: Session, wanted: Selection) -> Sequence[Line]:
-    """(code, name, rank, latitude, longitude) of the buildings with coordinates, the worst level first."""
-    columns = (Building.code, Building.name, _rank(), BuildingLevel.latitude, BuildingLevel.longitude)
-    query = _joined(select(*columns), wanted).where(
-        BuildingLevel.latitude.is_not(None), BuildingLevel.longitude.is_not(None)
-    )
-    return session.execute(query.order_by(_rank().desc(), Building.code)).all()
+def extent(session: Session, wanted: Selection, without: Collection[int]) -> Extent | None:
+    """Where the buildings with coordinates are; None if there is none; `without` are left out."""
+    latitude, longitude = BuildingLevel.latitude, BuildingLevel.longitude
+    columns = (func.min(latitude), func.max(latitude), func.min(longitude), func.max(longitude))
+    western, eastern = func.max(case((longitude < 0, longitude))), func.min(case((longitude >= 0, longitude)))
+    query = _placed(select(func.count(), *columns, western, eastern), wanted, without)
+    count, *edges = session.execute(query).one()
+    return Extent(count, *edges) if count else None
+
+
+def spots(session: Session, wanted: Selection, grid: Grid, without: Collection[int]) -> Sequence[Spot]:
+    """The buildings with coordinates by cell of a grid, in one statement that returns a line for each cell.
+
+    Args:
+        session: of the database.
+        wanted: the buildings.
+        grid: the cells.
+        without: numbers of buildings that are left out.
+    """
+    latitude, longitude = BuildingLevel.latitude, BuildingLevel.longitude
+    east = case((longitude < grid.shift, longitude + 360.0), else_=longitude) - grid.shift
+    # `floor` is missing in some builds of SQLite, and a cast to an integer rounds on PostgreSQL
+    column = func.round((east - grid.west) / grid.width - 0.5).label("cell_column")
+    row = func.round((latitude - grid.south) / grid.height - 0.5).label("cell_row")
+    worst = func.min(cast(Level.ACT.rank - _rank(), Text) + Building.code + " " + Building.name)  # codes have no spaces
+    means = (func.avg(latitude), func.avg(east))
+    bounds = (func.min(latitude), func.max(latitude), func.min(east), func.max(east))
+    query = _placed(select(column, row, func.count(), worst, *means, *bounds), wanted, without)
+    return [_spot(*line) for line in session.execute(query.group_by("cell_column", "cell_row"))]
+
+
+def _spot(column: float, row: float, count: int, worst: str, *places: float) -> Spot:
+    """A cell of a line; `worst` is the distance of the level from the gravest, a digit, then the code and the name."""
+    code, _, name = worst[1:].partition(" ")
+    return Spot(int(column), int(row), count, of_rank(Level.ACT.rank - int(worst[0])), code, name, *places)
 
 
 def of_rank(rank: int) -> Level:
@@ -130,6 +231,11 @@ def of_rank(rank: int) -> Level:
 def _joined(query: Question, wanted: Selection) -> Question:
     joined = query.select_from(Building).outerjoin(BuildingLevel, BuildingLevel.building_id == Building.id)
     return joined.where(*wanted.conditions())
+
+
+def _placed(query: Question, wanted: Selection, without: Collection[int]) -> Question:
+    has_place = (BuildingLevel.latitude.is_not(None), BuildingLevel.longitude.is_not(None))
+    return _joined(query, wanted).where(*has_place, Building.id.not_in(without))
 
 
 def _within(area: Area) -> Sequence[ColumnElement[bool]]:

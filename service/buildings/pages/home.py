@@ -65,7 +65,7 @@ def home(
             number=number,
             listed=LISTED,
             fewest=FEWEST_SEARCHED,
-            map=drawn(levels.places(session, wanted), lines),
+            map=drawn(session, wanted, lines),
         )
 
 

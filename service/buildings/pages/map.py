@@ -1,18 +1,19 @@
 """A map of the buildings without tiles: symbols by level on a graticule with a scale bar, as coordinates of an SVG.
 
 The projection is equirectangular, true to scale at the middle latitude: good for a city or a country, and honest about
-being no chart of the world. Buildings that would lie on each other share the symbol of the worst.
+being no chart of the world. Buildings that would lie on each other share the symbol of the worst, which leads nearer.
 """
 
-from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, cos, floor, log10, radians
-from typing import Any
+
+from sqlalchemy.orm import Session
 
 from service.buildings.pages.summary import Summary
+from service.verdict import levels
 from service.verdict.checks import Level
-from service.verdict.levels import Area, of_rank
+from service.verdict.levels import Area, Extent, Grid, Selection, Spot
 
 WIDTH, LOWEST, HIGHEST, MARGIN = 640.0, 280.0, 520.0, 40.0
 """Units of the drawing: its width, the limits of its height, and the edge that symbols stay clear of."""
@@ -76,86 +77,157 @@ def read_area(text: str) -> Area:
     return Area(*(float(part) for part in text.split(",")))
 
 
-def drawn(stored: Sequence[Any], lines: Sequence[Summary]) -> Map | None:
-    """The map of the stored places and of the listed buildings, which are newer; None for fewer than two.
+def drawn(session: Session, wanted: Selection, lines: Sequence[Summary]) -> Map | None:
+    """The map of the wanted buildings, of which those that the page lists are newer; None for fewer than two.
 
-    Args:
-        stored: lines of service.verdict.levels.places.
-        lines: buildings that the page lists.
+    The database gathers them by cell of the map, so that ten thousand are read as a few hundred.
     """
-    points = {code: (name, of_rank(rank), lat, lon) for code, name, rank, lat, lon in stored}
+    listed, newer = [one.number for one in lines], list(_points(lines))
+    extent = levels.extent(session, wanted, listed)
+    if newer:
+        extent = _extent(newer) if extent is None else extent.joined(_extent(newer))
+    if extent is None or extent.count < 2:
+        return None
+    frame = Frame.of(extent)
+    spots = {(one.column, one.row): one for one in levels.spots(session, wanted, frame.grid, listed)}
+    for point in newer:
+        spot = frame.spot(point)
+        cell = (spot.column, spot.row)
+        spots[cell] = _joined(spots[cell], spot) if cell in spots else spot
+    return _drawn(frame, list(spots.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A building that the page lists."""
+
+    code: str
+    name: str
+    level: Level
+    latitude: float
+    longitude: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A map's projection: `middle` is its latitude, `centre` its longitude in degrees east of `shift`."""
+
+    shift: float
+    centre: float
+    middle: float
+    shrink: float
+    """Length of a degree of longitude in degrees of latitude."""
+    scale: float
+    """Units of a degree of latitude."""
+    height: float
+
+    @classmethod
+    def of(cls, extent: Extent) -> "Frame":
+        """The projection that shows all of it."""
+        shift, degrees = extent.degrees
+        middle = (extent.south + extent.north) / 2
+        shrink = max(cos(radians(middle)), 0.05)
+        tall, wide = max(extent.north - extent.south, SMALLEST), max(degrees * shrink, SMALLEST)
+        scale = min((WIDTH - 2 * MARGIN) / wide, (HIGHEST - 2 * MARGIN) / tall)
+        return cls(
+            shift=shift,
+            centre=degrees / 2,
+            middle=middle,
+            shrink=shrink,
+            scale=scale,
+            height=min(max(tall * scale + 2 * MARGIN, LOWEST), HIGHEST),
+        )
+
+    def x(self, east: float) -> float:
+        """Units from the left, of degrees east of `shift`."""
+        return WIDTH / 2 + (east - self.centre) * self.shrink * self.scale
+
+    def y(self, north: float) -> float:
+        """Units from the top, of a latitude."""
+        return self.height / 2 - (north - self.middle) * self.scale
+
+    @property
+    def grid(self) -> Grid:
+        """The cells whose buildings share a symbol."""
+        unit = self.shrink * self.scale
+        west, south = self.centre - WIDTH / 2 / unit, self.middle - self.height / 2 / self.scale
+        return Grid(self.shift, west, south, CELL / unit, CELL / self.scale)
+
+    def spot(self, point: Point) -> Spot:
+        """A building alone in its cell."""
+        grid, north, east = self.grid, point.latitude, (point.longitude - self.shift) % 360
+        column, row = floor((east - grid.west) / grid.width), floor((north - grid.south) / grid.height)
+        return Spot(column, row, 1, point.level, point.code, point.name, north, east, north, north, east, east)
+
+
+def _points(lines: Sequence[Summary]) -> Iterator[Point]:
     for one in lines:
         if one.latitude is not None and one.longitude is not None:
-            points[one.code] = (one.name, one.level, one.latitude, one.longitude)
-    if len(points) < 2:
-        return None
-    return _drawn([(code, *point) for code, point in points.items()])
+            yield Point(one.code, one.name, one.level, one.latitude, one.longitude)
 
 
-def _drawn(points: Sequence[tuple[str, str, Level, float, float]]) -> Map:
-    shift = _shift([point[4] for point in points])
-    east = [(point[4] - shift) % 360 for point in points]
-    north = [point[3] for point in points]
-    middle = (min(north) + max(north)) / 2
-    shrink = max(cos(radians(middle)), 0.05)
-    tall = max(max(north) - min(north), SMALLEST)
-    wide = max((max(east) - min(east)) * shrink, SMALLEST)
-    scale = min((WIDTH - 2 * MARGIN) / wide, (HIGHEST - 2 * MARGIN) / tall)
-    height = min(max(tall * scale + 2 * MARGIN, LOWEST), HIGHEST)
-    centre = (min(east) + max(east)) / 2
+def _extent(points: Sequence[Point]) -> Extent:
+    latitudes, longitudes = [one.latitude for one in points], [one.longitude for one in points]
+    return Extent(
+        count=len(points),
+        south=min(latitudes),
+        north=max(latitudes),
+        west=min(longitudes),
+        east=max(longitudes),
+        last_western=max((one for one in longitudes if one < 0), default=None),
+        first_eastern=min((one for one in longitudes if one >= 0), default=None),
+    )
 
-    def x(degrees: float) -> float:
-        return WIDTH / 2 + (degrees - centre) * shrink * scale
 
-    def y(degrees: float) -> float:
-        return height / 2 - (degrees - middle) * scale
+def _joined(one: Spot, other: Spot) -> Spot:
+    """The buildings of both, in one cell."""
+    count = one.count + other.count
+    worst = min(one, other, key=lambda spot: (-spot.level.rank, spot.code))
+    return replace(
+        worst,
+        count=count,
+        north=(one.count * one.north + other.count * other.north) / count,
+        east=(one.count * one.east + other.count * other.east) / count,
+        least=min(one.least, other.least),
+        most=max(one.most, other.most),
+        first=min(one.first, other.first),
+        last=max(one.last, other.last),
+    )
 
-    cells: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for number, (longitude, latitude) in enumerate(zip(east, north, strict=True)):
-        cells[floor(x(longitude) / CELL), floor(y(latitude) / CELL)].append(number)
-    places = []
-    for members in cells.values():
-        worst = max(members, key=lambda one: points[one][2].rank)
-        places.append(
-            Place(
-                x=round(sum(x(east[one]) for one in members) / len(members), 1),
-                y=round(sum(y(north[one]) for one in members) / len(members), 1),
-                level=points[worst][2],
-                count=len(members),
-                name=points[worst][1],
-                code=points[worst][0],
-                area=_area([(points[one][3], points[one][4], east[one]) for one in members]),
-            )
+
+def _drawn(frame: Frame, spots: Sequence[Spot]) -> Map:
+    places = [
+        Place(
+            x=round(frame.x(spot.east), 1),
+            y=round(frame.y(spot.north), 1),
+            level=spot.level,
+            count=spot.count,
+            name=spot.name,
+            code=spot.code,
+            area=_area(spot, frame.shift),
         )
-    step = _nice(APART / scale)
+        for spot in spots
+    ]
+    scale, wide = frame.scale, frame.shrink * frame.scale
     bar = _nice(0.3 * WIDTH / scale * KILOMETRES)
+    half, tall = (WIDTH / 2 - EDGE) / wide, (frame.height / 2 - EDGE) / scale
     return Map(
-        height=round(height),
-        places=sorted(places, key=lambda one: one.level.rank),  # the worst is drawn last, above the others
-        meridians=list(
-            _lines(centre, (WIDTH / 2 - EDGE) / scale / shrink, _nice(APART / scale / shrink), x, shift, "EW")
-        ),
-        parallels=list(_lines(middle, (height / 2 - EDGE) / scale, step, y, 0.0, "NS")),
+        height=round(frame.height),
+        places=sorted(places, key=lambda one: (one.level.rank, one.code)),  # the worst is drawn last, above the others
+        meridians=list(_lines(frame.centre, half, _nice(APART / wide), frame.x, frame.shift, "EW")),
+        parallels=list(_lines(frame.middle, tall, _nice(APART / scale), frame.y, 0.0, "NS")),
         bar=round(bar / KILOMETRES * scale, 1),
         bar_name=f"{bar:g} km" if bar >= 1 else f"{1000 * bar:g} m",
         is_named=len(places) <= NAMED,
     )
 
 
-def _shift(longitudes: Sequence[float]) -> float:
-    """Longitude from which all others are counted eastwards, so that no group is torn at the date line."""
-    if max(longitudes) - min(longitudes) <= 180:
-        return min(longitudes)
-    return min((one for one in longitudes if one >= 0), default=min(longitudes))
-
-
-def _area(members: Sequence[tuple[float, float, float]]) -> str:
-    """South, west, north and east of some (latitude, longitude, degrees east of the first), a little enlarged."""
+def _area(spot: Spot, shift: float) -> str:
+    """South, west, north and east of the buildings, a little enlarged."""
     edge = 0.0005
-    by_east = sorted(members, key=lambda one: one[2])
-    south, north = min(one[0] for one in members) - edge, max(one[0] for one in members) + edge
-    west, east = max(by_east[0][1] - edge, -180.0), min(by_east[-1][1] + edge, 180.0)
-    return ",".join(f"{value:.4f}" for value in (max(south, -90.0), west, min(north, 90.0), east))
+    west, east = ((one + shift + 180) % 360 - 180 for one in (spot.first - edge, spot.last + edge))
+    south, north = max(spot.least - edge, -90.0), min(spot.most + edge, 90.0)
+    return ",".join(f"{value:.4f}" for value in (south, west, north, east))
 
 
 def _nice(most: float) -> float:

@@ -1,8 +1,9 @@
 """Lists of buildings come in pages, and what is read for a page or a scrape does not grow with the buildings."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -11,20 +12,21 @@ import pytest
 from api_client import client
 from assessed_buildings import STRONG, add_comparison, building, day, earthquake
 from monitored_building import building_file
-from prometheus_client import generate_latest
-from sqlalchemy import Engine, event as sqlalchemy_event, select
+from sqlalchemy import Engine, event as sqlalchemy_event, insert, select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import periodic_checks
 from service.buildings.pages.home import LISTED
 from service.buildings.pages.map import drawn, read_area
+from service.buildings.pages.summary import summaries
 from service.buildings.tables import Building, Revision
 from service.db.sessions import reading
-from service.health.metrics import GAUGES, registry
+from service.health.metrics import GAUGES, exposition
 from service.records.tables import Event
 from service.settings import Settings
 from service.verdict import levels, reading as verdicts
 from service.verdict.checks import Level
+from service.verdict.levels import Area, Selection
 from service.verdict.tables import BuildingLevel
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
@@ -74,7 +76,7 @@ def test_a_scrape_takes_as_many_statements_for_one_building_as_for_seven(session
         with sessions.begin() as session:
             add(session, first, count)
         with counted(sessions) as statements:
-            text = generate_latest(registry(reading(sessions))).decode()
+            text = exposition(reading(sessions)).decode()
             numbers.append(statements())
         assert text.count("menshin_verdict{") == first + count
     assert numbers[0] == numbers[1]
@@ -182,19 +184,65 @@ def test_the_periodic_checks_store_the_level_and_the_place_of_a_changed_building
             assert session.get_one(BuildingLevel, number).level == level
 
 
-def test_ten_thousand_places_are_a_few_hundred_symbols_and_a_click_leads_nearer() -> None:
+def placed(session: Session, spots: Sequence[tuple[float, float]], watched: str = "") -> None:
+    """Buildings of normal level at these latitudes and longitudes, of which one is watched."""
+    rows = [
+        {"id": number, "code": f"B{number}", "name": f"tower {number} of the city", "created_at": START}
+        for number in range(1, len(spots) + 1)
+    ]
+    session.execute(insert(Building), rows)
+    levels_of = [
+        {
+            "building_id": row["id"],
+            "level": (level := Level.WATCH if row["code"] == watched else Level.NORMAL).value,
+            "rank": level.rank,
+            "latitude": latitude,
+            "longitude": longitude,
+            "assessed_at": START,
+        }
+        for row, (latitude, longitude) in zip(rows, spots, strict=True)
+    ]
+    session.execute(insert(BuildingLevel), levels_of)
+
+
+def test_ten_thousand_places_are_a_few_hundred_symbols_and_a_click_leads_nearer(
+    sessions: sessionmaker[Session],
+) -> None:
     rng = np.random.default_rng(7)
-    spots = zip(35 + rng.random(10_000), 179.5 + rng.random(10_000), strict=True)
-    stored = [(f"B{n}", "tower", n == 5, lat, (lon + 180) % 360 - 180) for n, (lat, lon) in enumerate(spots)]
-    shown = drawn(stored, ())
-    assert shown is not None
+    spots = [(35 + a, (179.5 + b + 180) % 360 - 180) for a, b in rng.random((10_000, 2)).tolist()]
+    with sessions.begin() as session:
+        placed(session, spots, "B5")
+    with counted(sessions) as statements, reading(sessions)() as session:
+        shown = drawn(session, Selection(), ())
+        taken = statements()
+        assert shown is not None
+        watched = next(one for one in shown.places if one.level is Level.WATCH)
+        near = levels.ranked(session, Selection(area=read_area(watched.area)), 0, 10_000)
+        nearer = drawn(session, Selection(area=read_area(watched.area)), ())
+    assert taken <= 3, "a beginning, the extent and the cells"
     assert len(shown.places) < 320
     assert sum(one.count for one in shown.places) == 10_000
-    assert [one.code for one in shown.places if one.level is Level.WATCH] == ["B5"]
-    watched = next(one for one in shown.places if one.level is Level.WATCH)
-    area = read_area(watched.area)
-    wide = (area.east - area.west) % 360
-    inside = [one for one in stored if area.south <= one[3] <= area.north and (one[4] - area.west) % 360 <= wide]
-    assert watched.count <= len(inside) < 10_000 / 50
+    assert [(one.code, one.name) for one in shown.places if one.level is Level.WATCH] == [("B5", "tower 5 of the city")]
+    assert watched.count <= len(near) < 10_000 / 50
+    assert nearer is not None
+    assert len(nearer.places) > 20
     assert all(line.name.endswith("° N") for line in shown.parallels)
     assert {line.name[-1] for line in shown.meridians} <= {"E", "W", "°"}
+
+
+def test_a_map_shows_what_the_page_lists_as_it_is_now_and_beside_the_others_of_its_place(
+    sessions: sessionmaker[Session],
+) -> None:
+    with sessions.begin() as session:
+        placed(session, [(35.0, 139.0), (35.0, 139.1), (48.0, 150.0)])
+        strong = session.get_one(Building, 3)
+        session.add(Revision(building=strong, number=1, toml=building_file(Path("/")), folder="/", created_at=START))
+        earthquake(session, strong, day(4), STRONG)  # after its level was stored
+    with reading(sessions)() as session:
+        (line,) = summaries(session, select(Building.id).where(Building.id == strong.id))
+        shown = drawn(session, Selection(), [replace(line, latitude=35.001, longitude=139.0)])
+    assert shown is not None
+    east, west = sorted(shown.places, key=lambda one: -one.x)
+    assert (east.count, east.code, east.level) == (1, "B2", Level.NORMAL)
+    assert (west.count, west.code, west.level) == (2, "B3", Level.UNDECIDED)
+    assert read_area(west.area) == Area(34.9995, 138.9995, 35.0015, 139.0005)

@@ -3,6 +3,7 @@
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import pytest
 from api_client import client
 from assessed_buildings import building_file
 from prometheus_client.parser import text_string_to_metric_families
@@ -15,6 +16,7 @@ from service.analyses.tables import Analysis
 from service.buildings.tables import Building, Revision
 from service.db import process_leases
 from service.db.process_leases import NOTIFYING, POLLING, WORKING
+from service.health import metrics
 from service.jobs.tables import Job, Lease
 from service.records.tables import Event, Recording, SourceState, StreamState
 
@@ -155,3 +157,16 @@ def test_metrics_take_a_key_where_there_are_keys(database_url: str, sessions: se
     with client(database_url) as api:
         assert api.get("/metrics").status_code == 401
         assert api.get("/metrics", headers={"Authorization": f"Bearer {key}"}).status_code == 200
+
+
+def test_a_label_is_written_so_that_a_parser_reads_it_back(
+    monkeypatch: pytest.MonkeyPatch, sessions: sessionmaker[Session]
+) -> None:
+    name = 'a "quoted" \\ back\nslash'
+    monkeypatch.setitem(metrics.GAUGES, "menshin_trial", ("Meaning.", "building", lambda _: {name: 1e21, "b": 0.25}))
+    (family,) = (
+        one
+        for one in text_string_to_metric_families(metrics.exposition(sessions).decode())
+        if one.name == "menshin_trial"
+    )
+    assert {one.labels["building"]: one.value for one in family.samples} == {name: 1e21, "b": 0.25}
