@@ -169,7 +169,7 @@ def work_until_idle(opened: sessionmaker[Session], settings: Settings) -> int:
                 opened, started, settings, KINDS, notes=notes, kept=kept_by_user(settings.jobs.kept_room)
             ).run_until_idle()
         finally:
-            end(started, settings)
+            end(started)
 
 
 Part = Callable[[sessionmaker[Session], Settings, Signal], None]
@@ -208,7 +208,7 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
             kept = kept_by_user(settings.jobs.kept_room)
             Worker(opened, started, settings, KINDS, notes=notes, kept=kept, warming=warm).run(stop)
         finally:
-            end(started, settings)
+            end(started)
 
 
 def _notify(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:

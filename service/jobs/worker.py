@@ -24,7 +24,7 @@ from service.db.problems import Attempts
 from service.db.process_leases import WORKING
 from service.db.sessions import reading
 from service.jobs import queue
-from service.jobs.executors import Executors, end, in_processes, is_warmed, without_interrupts
+from service.jobs.executors import Executors, JobExecutor, in_processes, is_warmed, without_interrupts
 from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.jobs.stages import Kind, Note, Running, silent
@@ -207,25 +207,19 @@ class Worker:
         self.running.clear()
 
     def _stop(self, futures: Collection[Future[Any]]) -> None:
-        """End these computations. Local processes are killed; the other jobs then begin their stage again.
-
-        A Dask cluster cannot be made to stop: its worker computes to the end, and the result is dropped.
-        """
+        """End these computations; others go on."""
         if not futures:
             return
         stopped = [self.running.pop(future) for future in futures]
         log.warning("stopped computing %s", ", ".join(f"job {job.claim.job_id}" for job in stopped))
-        undone = [future for future in futures if not future.cancel() and not future.done()]
         for job in stopped:
             if job.note:
                 job.note.erase()
-        if undone and self.settings.jobs.executor == "local":
-            others = {future: job for future, job in self.running.items() if not future.done()}
-            end(self.executors, self.settings)
-            self.is_warm, self.first_warmed = False, None
-            for future, job in others.items():
-                self._submit(job)
-                del self.running[future]
+        executor = self.executors()
+        for future in futures:
+            if not future.cancel() and not future.done() and isinstance(executor, JobExecutor):
+                executor.abandon(future)
+                self.is_warm, self.first_warmed = False, None
 
     def _about(self, claim: Claim) -> AbstractContextManager[None]:
         """Lines of the log within are about this job."""

@@ -3,7 +3,9 @@
 import os
 import signal
 from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
+from pathlib import Path
 from threading import Event, Thread
 
 import psutil
@@ -43,7 +45,6 @@ def interrupted_all_the_time() -> Iterator[list[int]]:
 def test_ctrl_c_reaches_no_process_that_computes() -> None:
     """Neither while it starts, nor while it waits for work, nor in the middle of it."""
     made = local_processes(SETTINGS.jobs.workers)
-    end(made, SETTINGS)  # those of other tests were begun otherwise
     try:
         with interrupted_all_the_time() as reached:
             for _ in range(3):
@@ -53,4 +54,19 @@ def test_ctrl_c_reaches_no_process_that_computes() -> None:
                 assert not Event().wait(0.3)  # idle
         assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ()), "we ourselves hear it again"
     finally:
-        end(made, SETTINGS)
+        end(made)
+
+
+def test_a_process_that_is_killed_takes_only_its_own_computation_along(tmp_path: Path) -> None:
+    os.mkfifo(gate := tmp_path / "gate")  # whoever reads it waits for somebody who writes
+    made = local_processes(2)
+    try:
+        computing, dying = made().submit(gate.read_bytes), made().submit(os._exit, 9)
+        assert isinstance(dying.exception(60), BrokenExecutor)
+        others = {made().submit(os.getpid).result(60) for _ in range(2)}
+        assert len(others) == 1, "a new process, while the other computes"
+        assert not computing.done()
+        gate.write_bytes(b"open")
+        assert computing.result(60) == b"open"
+    finally:
+        end(made)

@@ -91,7 +91,7 @@ def test_processes_that_compute_know_it_too(folder: Path) -> None:
 WORKED = """assert "drag" not in EFFECTS
     executor = local_processes(1, folder)()
     print(executor.submit(answer).result())
-    executor.shutdown(wait=True, kill_workers=True)"""
+    executor.shutdown()"""
 
 
 @pytest.mark.parametrize(
