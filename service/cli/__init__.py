@@ -4,7 +4,21 @@ from typing import Annotated
 
 import typer
 
-from service.cli import analyse, building, demo, doctor, drill, keys, model, report, reproduce, run, secret, status
+from service.cli import (
+    analyse,
+    building,
+    demo,
+    doctor,
+    drill,
+    keys,
+    model,
+    report,
+    reproduce,
+    run,
+    secret,
+    status,
+    transfer,
+)
 from service.cli.edge import Edge
 
 app = typer.Typer(
@@ -19,6 +33,7 @@ for group in (
     *(analyse.app, reproduce.app, model.effects_app),
 ):
     app.add_typer(group)
+building.app.add_typer(transfer.app)
 app.add_typer(building.app, name="building")
 app.add_typer(model.app, name="model")
 app.add_typer(keys.app, name="key")

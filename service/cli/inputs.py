@@ -218,3 +218,19 @@ def write_json(document: dict[str, object], path: Path) -> None:
     import orjson
 
     write_text(orjson.dumps(document, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE).decode(), path)
+
+
+@contextmanager
+def progress_bar() -> Iterator["ReportStep"]:
+    """A progress bar on a terminal, which disappears at the end; none where the output goes into a file."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("")
+
+        def report_step(doing: str, done: int, of: int) -> None:
+            progress.update(task, description=doing, completed=done, total=of)
+
+        yield report_step

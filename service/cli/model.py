@@ -12,6 +12,7 @@ import typer
 from service.cli.inputs import (
     add_user_effects,
     end_without_records,
+    progress_bar,
     read_building,
     read_records,
     read_usable_records,
@@ -239,7 +240,7 @@ def diagnose(
     from core.workbench.correcting import corrected_copy
     from service.models import documents, operations, report
 
-    with _progress_bar() as report_step:
+    with progress_bar() as report_step:
         given, records = read_records(model, files, building, report_step, hold_out or ())
         records = corrected_copy(records, report_step)
         if not records.observations:
@@ -444,23 +445,7 @@ def _work(
     usual: "Integral | None" = None,
 ) -> Iterator[tuple["ModelFile", "Earthquakes", "ReportStep"]]:
     """A model, usable records and a progress bar; a refusal ends the command with its reason."""
-    with _progress_bar() as report_step:
+    with progress_bar() as report_step:
         given, records = read_usable_records(model, files, building, report_step, hold_out or (), integral, usual)
         with refusals():
             yield given, records, report_step
-
-
-@contextmanager
-def _progress_bar() -> Iterator["ReportStep"]:
-    """A progress bar on a terminal, which disappears at the end; none where the output goes into a file."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("")
-
-        def report_step(doing: str, done: int, of: int) -> None:
-            progress.update(task, description=doing, completed=done, total=of)
-
-        yield report_step

@@ -37,12 +37,13 @@ def downgrade(url: str, revision: str) -> None:
 
 def is_newest(session: Session) -> bool:
     """True if the database has the tables of this version."""
-    return MigrationContext.configure(session.connection()).get_current_revision() == _newest()
+    return MigrationContext.configure(session.connection()).get_current_revision() == newest()
 
 
 @cache
-def _newest() -> str | None:
-    return ScriptDirectory.from_config(_config()).get_current_head()
+def newest() -> str:
+    """The revision of this version."""
+    return str(ScriptDirectory.from_config(_config()).get_current_head())
 
 
 def _config() -> Config:

@@ -159,10 +159,23 @@ def _is_subscribed(receiver: Receiver, content: MessageContent | Message) -> boo
     return content.kind in receiver.kinds and content.severity in receiver.severities
 
 
+def digest_of(row: Mapping[str, Any]) -> str:
+    """The digest of a message by its columns: the stored one, unless other content decided whether it was news."""
+    facts = [(one["name"], one["value"]) for one in row["facts"]]
+    return _digest_of_read(row["kind"], row["severity"], row["sequence"], row["subject"], row["sentences"], facts)
+
+
 def _digest(content: MessageContent) -> str:
-    """SHA-256 of what people read, of the content that decides whether it is news."""
+    """The digest of the content that decides whether a message is news."""
     if content.news is not None:
         return _digest(content.news)
-    order = content.sequence if content.sequence in ("cancelled", "repeat") else None
-    read = (content.kind, content.severity, order, content.subject, content.sentences, content.facts)
-    return hashlib.sha256(orjson.dumps(read)).hexdigest()
+    one = content
+    return _digest_of_read(one.kind, one.severity, one.sequence, one.subject, one.sentences, one.facts)
+
+
+def _digest_of_read(
+    kind: str, severity: str, sequence: str, subject: str, sentences: Sequence[str], facts: Sequence[tuple[str, str]]
+) -> str:
+    """SHA-256 of what people read."""
+    order = sequence if sequence in ("cancelled", "repeat") else None
+    return hashlib.sha256(orjson.dumps((kind, severity, order, subject, sentences, facts))).hexdigest()

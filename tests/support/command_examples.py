@@ -16,6 +16,8 @@ WITH_DATABASE = {
     "building list": [],
     "building show": ["TOWER"],
     "building update": ["TOWER", "building.toml"],
+    "building export": ["TOWER", "tower.zip"],
+    "building import": ["building.toml"],
     "building inspect": ["TOWER", "--result", "fit", "--comment", "seen"],
     "report": ["1", "--out", "report.html"],
     "key link": ["TOWER", "NAME"],
