@@ -40,7 +40,14 @@ from service.http.request_ids import RequestIds
 from service.http.responses import Answers
 from service.jobs import api as job_api
 from service.models.api import comparisons, effects, models
-from service.models.pages import models as model_pages, pictures as model_pictures
+from service.models.pages import (
+    effects as effect_pages,
+    forecasts as forecast_pages,
+    models as model_pages,
+    pictures as model_pictures,
+    results as result_pages,
+    work as work_pages,
+)
 from service.notify import pages as notify_pages
 from service.notify.api import messages, recipients
 from service.records.api import fdsn, recordings
@@ -156,6 +163,10 @@ def _routes() -> list[BaseRoute]:
         alert_pages,
         notify_pages,
         model_pages,
+        result_pages,
+        forecast_pages,
+        work_pages,
+        effect_pages,
         pictures,
         event_pictures,
         model_pictures,

@@ -82,7 +82,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/http/templates/model*.html",
         "service/models/forecasting.py",
         "service/models/motions.py",
-        "service/models/pages/models.py",
+        "service/models/pages/[!p]*.py",
         "service/models/schema.py",
         "service/models/texts.py",
     ),

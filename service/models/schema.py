@@ -1,5 +1,6 @@
 """Models of the isolation layer in the API; the results of work on them are in `service.models.results`."""
 
+from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated, Literal
 
@@ -334,6 +335,11 @@ class EffectForm(FitForm, EffectRequest):
     """The same with an effect to add."""
 
     model_config = ConfigDict(extra="ignore", strict=True)
+
+
+def held_out_by(fields: Mapping[str, str]) -> set[int]:
+    """The events that a form holds out, if any."""
+    return {int(one) for one in ticked(fields, HOLD_OUT) if one.isascii() and one.isdigit()}
 
 
 def _number(typed: str) -> int:

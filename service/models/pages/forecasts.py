@@ -1,0 +1,69 @@
+"""Page of a forecast, and the form that asks for one."""
+
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Request, Response
+from sqlalchemy.orm import Session
+from starlette.responses import RedirectResponse
+
+from service.access.auth import Caller, engineer
+from service.access.pages import reader
+from service.buildings.store import zone
+from service.errors import NotFoundError
+from service.http.forms import Posted, answered, posted
+from service.http.parameters import JobId, ModelId, Reading, Writing
+from service.http.rendering import page
+from service.jobs import requests as job_requests
+from service.jobs.tables import Job
+from service.models import answers, queries, requests
+from service.models.forecast_results import ForecastDocument
+from service.models.forecast_words import limit_row, peak_row
+from service.models.pages.models import shown_model
+from service.models.schema import ForecastForm
+
+router = APIRouter(include_in_schema=False)
+
+Reader = Annotated[Caller, Depends(reader)]
+By = Annotated[Caller, Depends(engineer)]
+Forecasting = Annotated[Posted[ForecastForm], Depends(posted(ForecastForm))]
+
+
+@router.get("/forecasts/{job_id}")
+def of_forecast(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
+    """A forecast: warnings, the building's limits, and the response with its intervals."""
+    with sessions() as session:
+        job, found = _forecast(session, job_id)
+        (model,) = answers.rows(session, [queries.version(session, job.model_id or 0)])
+        building = queries.version(session, model.id).building
+        return page(
+            request,
+            "forecast",
+            building=building,
+            zone=zone(session, building),
+            model=model,
+            job=job,
+            found=found,
+            forecast=found.forecasts[0],
+            shown_limits=[limit_row(one) for one in found.forecasts[0].limits],
+            shown_peaks=[peak_row(one) for one in found.forecasts[0].peaks],
+        )
+
+
+def _forecast(session: Session, job_id: int) -> tuple[Job, ForecastDocument]:
+    job = job_requests.job(session, job_id)
+    if job.model_id is None or "forecast" not in (job.result or {}):
+        raise NotFoundError("forecast", job_id)
+    return job, ForecastDocument.model_validate((job.result or {})["forecast"])
+
+
+@router.post("/models/{model_id}/forecast")
+def forecast(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Forecasting) -> Response:
+    """Forecast the response to a stored earthquake, and show the progress."""
+
+    def act(wanted: ForecastForm) -> Response:
+        with sessions.begin() as session:
+            number = requests.forecast(session, model_id, wanted.request, by.name, datetime.now(UTC)).id
+        return RedirectResponse(f"/jobs/{number}", 303)
+
+    return answered("forecast", form, act, lambda why: shown_model(request, model_id, sessions, by, refused=why))
