@@ -39,7 +39,7 @@ from service.http.request_capture import RequestCapture
 from service.http.request_ids import RequestIds
 from service.http.responses import Answers
 from service.jobs import api as job_api
-from service.models.api import comparisons, effects, models
+from service.models.api import comparisons, effects, kept_effects, models
 from service.models.pages import (
     effects as effect_pages,
     forecasts as forecast_pages,
@@ -138,7 +138,6 @@ def _routes() -> list[BaseRoute]:
     """Routes of the API and the pages, which are read once per process: several applications share them."""
     every = APIRouter()
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    model_rooms = (effects, models, comparisons)
     message_rooms = (alert_api, access_api, key_api, link_api, recipients, messages)
     for module in (
         building_api,
@@ -146,12 +145,13 @@ def _routes() -> list[BaseRoute]:
         report_api,
         analysis_series,
         drift_api,
-        *model_rooms,
         *message_rooms,
         job_api,
         recordings,
     ):
         api.include_router(module.router)
+    for module in (effects, kept_effects, models, comparisons):
+        api.include_router(module.router, dependencies=[Depends(kept_effects.known)])
     every.include_router(api)
     every.include_router(recordings.pages)
     every.include_router(fdsn.router, dependencies=[Depends(auth.viewer)])

@@ -18,6 +18,7 @@ from service.jobs.tables import Job
 from service.models import comparing, forecast_jobs, jobs as model_jobs, store as model_store
 from service.models.comparing import Comparison
 from service.models.inputs import WorkInputs, diagnosis_inputs, work_inputs
+from service.models.kept_effects import knowing
 from service.models.tables import ModelVersion
 from service.records.tables import Event
 
@@ -55,13 +56,13 @@ def _store_comparison(
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         ANALYSE: Kind(analysis_store.inputs, _analysis_stages, _store_analysis),
-        COMPARE: Kind(work_inputs, comparing.stages, _store_comparison),
-        FIT: Kind(work_inputs, model_jobs.fit_stages, model_jobs.store_fit),
-        EXTEND: Kind(work_inputs, model_jobs.extension_stages, model_jobs.store_extension),
-        IMPROVE: Kind(work_inputs, model_jobs.improvement_stages, model_jobs.store_improvement),
-        DIAGNOSE: Kind(diagnosis_inputs, model_jobs.diagnosis_stages, model_jobs.store_diagnosis),
-        SKETCH: Kind(work_inputs, model_jobs.sketch_stages, model_jobs.store_sketch),
-        FORECAST: Kind(forecast_jobs.inputs, forecast_jobs.stages, forecast_jobs.store),
+        COMPARE: knowing(Kind(work_inputs, comparing.stages, _store_comparison)),
+        FIT: knowing(Kind(work_inputs, model_jobs.fit_stages, model_jobs.store_fit)),
+        EXTEND: knowing(Kind(work_inputs, model_jobs.extension_stages, model_jobs.store_extension)),
+        IMPROVE: knowing(Kind(work_inputs, model_jobs.improvement_stages, model_jobs.store_improvement)),
+        DIAGNOSE: knowing(Kind(diagnosis_inputs, model_jobs.diagnosis_stages, model_jobs.store_diagnosis)),
+        SKETCH: knowing(Kind(work_inputs, model_jobs.sketch_stages, model_jobs.store_sketch)),
+        FORECAST: knowing(Kind(forecast_jobs.inputs, forecast_jobs.stages, forecast_jobs.store)),
         WATCH: Kind(drift_monitoring.inputs, drift_monitoring.stages, drift_monitoring.store),
     }
 )

@@ -2,16 +2,18 @@
 
 import linecache
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from keyword import iskeyword
 
 import numpy as np
 
 from core.effect import Effect
 from core.errors import ModelError
-from core.sketching.search import Placed, Sketched
-from core.sketching.terms import OWN, Scales
+from core.sketching.search import Placed
+from core.sketching.terms import OWN, TERMS, Scales
+from core.sketching.texts import EXPLAINED, FAMILY, SUSPECTED, known_range, sketched_from, title
 
 UNITS = {"length": "m", "speed": "m/s", "time": "s", "travel": "m"}
 """Units of a term's own value."""
@@ -30,6 +32,35 @@ WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 @dataclass(frozen=True, slots=True)
+class Law:
+    """A sketched law as values alone, from which its effect is written."""
+
+    placed: tuple[Placed, ...]
+    amplitudes: tuple[float, ...]
+    """N, of each term."""
+    scales: Scales
+    """The terms' constants: the largest motion in its records."""
+
+    @classmethod
+    def of_terms(cls, terms: Sequence[tuple[str, float, float]], scales: Scales) -> "Law":
+        """A law from the names of its terms, each with its own value (SI) and its amplitude (N).
+
+        Raises:
+            ModelError: a term is unknown, or a value is impossible.
+        """
+        known = {one.name: one for one in TERMS}
+        for name, own, amplitude in terms:
+            if name not in known:
+                raise ModelError(f"no law of a sketch has a term {name!r}")
+            if not (np.isfinite(amplitude) and np.isfinite(own) and (own > 0 or not known[name].shape)):
+                raise ModelError(f"a term {name!r} cannot have the value {own!r} and the amplitude {amplitude!r}")
+        if not terms or not all(np.isfinite(one) and one > 0 for one in (scales.displacement, scales.velocity)):
+            raise ModelError("a law has one term at least, and records that move")
+        placed = tuple(Placed(known[name], float(own)) for name, own, _ in terms)
+        return cls(placed, tuple(float(amplitude) for _, _, amplitude in terms), scales)
+
+
+@dataclass(frozen=True, slots=True)
 class Line:
     """One term in a law."""
 
@@ -42,21 +73,19 @@ class Line:
     """Name of its length, speed or time; empty for none."""
 
 
-def effect_source(name: str, law: Sketched, scales: Scales, known: str) -> str:
+def effect_source(name: str, law: Law) -> str:
     """Text of a file that holds an effect, in the format of effects of the user's own.
 
     Args:
         name: of the effect.
-        law: the terms with their amplitudes.
-        scales: their constants.
-        known: a sentence on the range in which records support it.
+        law: the law.
 
     Raises:
         ModelError: an effect cannot have this name.
     """
     if not name.isidentifier() or iskeyword(name):
         raise ModelError(f"an effect cannot be called {name!r}: choose an unused name of letters, digits and _")
-    lines = [_line(number, one, scales) for number, one in enumerate(law.placed, start=1)]
+    lines = [_line(number, one, law.scales) for number, one in enumerate(law.placed, start=1)]
     states = [state for line in lines for state in line.states]
     carried = [
         state
@@ -73,9 +102,9 @@ def effect_source(name: str, law: Sketched, scales: Scales, known: str) -> str:
     described = [text for line, one, size in zip(lines, law.placed, law.amplitudes, strict=True)
                  for text in _parameters(line, one, float(size))]  # fmt: skip
     returned = ["force", *(f"rate_of_{state}" for state in states)]
-    words = "; ".join(one.term.name for one in law.placed)
-    sizes = (f"{one.term.name}: {{{line.amplitude}}}" for line, one in zip(lines, law.placed, strict=True))
-    explanation = ", ".join(sizes)
+    words = ", ".join(one.term.name for one in law.placed)
+    sizes = ", ".join(f"{{{line.amplitude}}}" for line in lines)
+    known = known_range(law.scales)
     imported = [one for one in FUNCTIONS if one in used]
     text = [
         f'"""Sketched from records: {words}.',
@@ -93,7 +122,7 @@ def effect_source(name: str, law: Sketched, scales: Scales, known: str) -> str:
         "",
         "",
         "EFFECT = Effect(",
-        f"    title={'Sketch: ' + words!r},",
+        f"    title={title(words)!r},",
         "    law=law,",
         *([f"    states={tuple(states)!r},"] if states else []),
         *([f"    carried={tuple(carried)!r},"] if carried else []),
@@ -102,10 +131,10 @@ def effect_source(name: str, law: Sketched, scales: Scales, known: str) -> str:
         *(f"        {one}," for one in described),
         "    ),",
         f"    absent={ {line.amplitude: 0.0 for line in lines}!r},",
-        '    family="sketched",',
-        f"    explanation={explanation + '.'!r},",
-        '    suspect_when="The records from which it was sketched show a force that no known effect explains.",',
-        f"    source={'Sketched from records. ' + known!r},",
+        f"    family={FAMILY!r},",
+        f"    explanation={EXPLAINED.format(words, sizes)!r},",
+        f"    suspect_when={SUSPECTED!r},",
+        f"    source={sketched_from(law.scales)!r},",
         ")",
         "",
     ]
@@ -119,7 +148,7 @@ def effect_of(name: str, source: str) -> Effect:
         name: of the effect.
         source: as of `effect_source`.
     """
-    file = f"<{name}.py>"
+    file = f"<{name} {sha256(source.encode()).hexdigest()[:16]}.py>"  # another law of the same name may come later
     namespace: dict[str, object] = {"__name__": __name__}  # compiled code that is kept names a module that exists
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)  # laws are read from source
     exec(compile(source, file, "exec"), namespace)
@@ -128,9 +157,9 @@ def effect_of(name: str, source: str) -> Effect:
     return effect
 
 
-def formula(law: Sketched, scales: Scales) -> str:
+def formula(law: Law) -> str:
     """The law in a line, its forces and own values by name."""
-    lines = [_line(number, one, scales) for number, one in enumerate(law.placed, start=1)]
+    lines = [_line(number, one, law.scales) for number, one in enumerate(law.placed, start=1)]
     memory = [f"d{state}/dt = {rate}" for line in lines for state, rate in zip(line.states, line.rates, strict=True)]
     return "; ".join(["force = " + " + ".join(f"{line.amplitude} · {line.expression}" for line in lines), *memory])
 
@@ -174,7 +203,7 @@ def _parameters(line: Line, one: Placed, size: float) -> list[str]:
     return found
 
 
-def starts(law: Sketched) -> dict[str, float]:
+def starts(law: Law) -> dict[str, float]:
     """Values of the effect's parameters where its fit begins."""
     found = {}
     for number, (one, size) in enumerate(zip(law.placed, law.amplitudes, strict=True), start=1):

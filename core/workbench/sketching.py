@@ -23,9 +23,10 @@ from core.model.isolator import Isolator
 from core.rounding import plain
 from core.sketching.course import Course, axis_of, course
 from core.sketching.dependence import Dependence, dependences
-from core.sketching.law import effect_of, effect_source, formula, starts
+from core.sketching.law import Law, effect_of, effect_source, formula, starts
 from core.sketching.search import Found, Sketched, search
 from core.sketching.terms import Scales
+from core.sketching.texts import known_range
 from core.tables import Table, report
 from core.workbench.comparing import counted
 from core.workbench.diagnosing import NONE_TO_FIT
@@ -50,6 +51,8 @@ class Proposal:
     name: str
     """Name of the effect."""
     law: Sketched
+    written: Law
+    """The same as values, from which the source is written."""
     formula: str
     source: str
     """Text of the effect's file."""
@@ -202,27 +205,20 @@ def _with_one_held_out(seen: Earthquakes) -> tuple[Earthquakes, str]:
 
 def _tried(name: str, law: Sketched, scales: Scales, base: WeightedFit, seen: Earthquakes) -> tuple[Proposal, Version]:
     """The law as an effect, fitted together with the model, and the errors of the model with it."""
-    source = effect_source(name, law, scales, known_range(scales))
+    written = Law(law.placed, tuple(map(float, law.amplitudes)), scales)
+    source = effect_source(name, written)
     effect = effect_of(name, source)
     with only(base.fit.model.effects):
         add_effect(name, effect)
-        joined = Isolator({**base.fit.model.effects, name: starts(law)})
+        joined = Isolator({**base.fit.model.effects, name: starts(written)})
         fit = weighted_fit(seen.fitted, joined)
         model = readable(fit.fit.model)
         errors = model_errors(model, seen)
         without = Isolator({**model.effects, name: {**model.effects[name], **effect.absent}})
         rest = compare_forces(without, seen.observations, seen.band)
         forces = tuple(one.model - other.model for one, other in zip(errors.forces, rest, strict=True))
-    proposal = Proposal(name, law, formula(law, scales), source, effect, model, fit.fit, fit.inflation, forces)
+    proposal = Proposal(name, law, written, formula(written), source, effect, model, fit.fit, fit.inflation, forces)
     return proposal, Version(f"with {name}", errors)
-
-
-def known_range(scales: Scales) -> str:
-    """Sentence on the range that the records show."""
-    return (
-        f"The records reach {plain(1e3 * scales.displacement, 3)} mm and {plain(1e3 * scales.velocity, 3)} mm/s; "
-        "beyond that nothing supports it."
-    )
 
 
 def _objection(before: Version, after: Version, seen: Earthquakes) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import Alias, Column, ColumnElement, FromClause, Join, Select, Table, event, false, or_, select
+from sqlalchemy import Alias, Column, ColumnElement, FromClause, Join, Select, Table, event, false, or_, select, true
 from sqlalchemy.orm import DeclarativeBase, ORMExecuteState, Session, sessionmaker, with_loader_criteria
 from sqlalchemy.sql.base import ExecutableOption
 
@@ -28,7 +28,7 @@ from service.analyses.tables import (
 from service.buildings.tables import Building, Revision
 from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs.tables import Job
-from service.models.tables import DiagnosisPicture, ModelComparison, ModelDiagnosis, ModelVersion
+from service.models.tables import DiagnosisPicture, KeptEffect, ModelComparison, ModelDiagnosis, ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.records.tables import (
     Content,
@@ -201,14 +201,19 @@ def _none(_: Caller, __: Columns) -> ColumnElement[bool]:
     return false()
 
 
+def _every(_: Caller, __: Columns) -> ColumnElement[bool]:
+    return true()
+
+
 ENTITIES: Mapping[Entity, Condition] = {
     Building: _building,
     **{entity: _child(*parent) for entity, parent in PARENTS.items()},
     Job: _job,
     Content: _content,
     AuditEntry: _own_changes,
+    KeptEffect: _every,
     **dict.fromkeys((ApiKey, LoginSession, LoginLink), _none),
 }
 """Every table but the leases, which name no building. A caller of some buildings sees its own changes in the audit
-trail, and no keys."""
+trail, no keys, and every effect, which models of all buildings may have."""
 CONDITIONS: Mapping[FromClause, Condition] = {entity.__table__: condition for entity, condition in ENTITIES.items()}

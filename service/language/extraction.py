@@ -74,6 +74,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "core/model/isolator.py",
         "core/model/simulation.py",
         "core/sketching/terms.py",
+        "core/sketching/texts.py",
         "core/workbench/*.py",
         "service/http/templates/diagnosis.html",
         "service/http/templates/effect*.html",

@@ -6,7 +6,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.effect import RESULTS, LogNormal, Parameter
-from core.effects import EFFECTS
+from core.effects import EFFECTS, only, process_effects
 from core.errors import ModelError
 from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
@@ -92,10 +92,12 @@ def loops(name: str, values: Mapping[str, float], amplitude: float) -> dict[str,
     velocity, velocity_across = (np.gradient(one, 1 / RATE) for one in (moved, across))
     load = 1 + 0.2 * np.sin(4 * TURN * time)
     conditions = Conditions(across, velocity_across, load, np.zeros(time.size), time)
-    found = {
-        way: (moved, force_history(Isolator(effects), moved, velocity, RATE, conditions))
-        for way, effects in models.items()
-    }
+    own = process_effects()
+    with only(own if name in own else {*LAYER, name}):  # the program of the process is compiled, and few compile fast
+        found = {
+            way: (moved, force_history(Isolator(effects), moved, velocity, RATE, conditions))
+            for way, effects in models.items()
+        }
     if not all(np.isfinite(force).all() for _, force in found.values()):
         raise ModelError(f"the force of {name} grows beyond all bounds at these values")
     return found

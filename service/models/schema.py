@@ -233,6 +233,17 @@ class SketchRequest(FitRequest):
     )
 
 
+class KeepRequest(BaseModel):
+    """A sketch whose law is kept as an effect."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    sketch: Annotated[int, BeforeValidator(whole)] = Field(
+        description="Number of the job of the sketch.", ge=1, le=LARGEST, examples=[1]
+    )
+    name: str = Field(description="Name of the effect.", pattern=NEW_EFFECT, examples=["our_wall"])
+
+
 class ForecastRequest(BaseModel):
     """A ground motion to forecast the response to: that of a stored earthquake, scaled to one thing at most."""
 
@@ -289,6 +300,14 @@ class ForecastForm(BaseModel):
             raise FieldsError({"size": str(error)}) from None
         except ValidationError as error:
             raise FieldsError({"size": f"this is impossible: {error.errors()[0]['msg'].lower()}"}) from None
+
+
+class KeepForm(BaseModel):
+    """A name for the law of a sketch, by a form."""
+
+    model_config = ConfigDict(extra="ignore", strict=True)
+
+    name: str = Field(pattern=NEW_EFFECT)
 
 
 class EffectRequest(FitRequest):
@@ -391,6 +410,31 @@ class Effects(Answer):
     """All effects there are."""
 
     items: list[EffectRow] = Field(description="By family and name.")
+    next: str | None = Field(description="Null: all are on this page.")
+
+
+class KeptEffectRow(Answer):
+    """A sketched law that is kept as an effect."""
+
+    name: str = Field(description="Name of the effect.")
+    formula: str | None = Field(
+        description="Its law; null if this version of Menshin does not know one of its terms, and no model can be "
+        "given the effect."
+    )
+    created_at: datetime = Field(description="When it was kept.")
+    author: str | None = Field(
+        description="Name of the key that kept it; null, as the next ones, for callers that may not see the building, "
+        "and once the sketch is gone."
+    )
+    building: str | None = Field(description="Code of the building whose records were sketched.")
+    model: int | None = Field(description="Number of the model that was sketched.")
+    sketch: int | None = Field(description="Number of the job of the sketch.")
+
+
+class KeptEffects(Answer):
+    """All kept effects."""
+
+    items: list[KeptEffectRow] = Field(description="By name.")
     next: str | None = Field(description="Null: all are on this page.")
 
 

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from core.comparison.compared import ForceComparison
 from core.sketching.course import Course, Trace
+from core.sketching.law import Law
 from core.workbench.sketching import Proposal, SketchResult
 from service.models.documents import versions
 from service.models.model_file import ModelFile
@@ -112,12 +113,39 @@ class SketchedValue(FittedValue):
     meaning: str
 
 
+class TermOut(Result):
+    """One term of a sketched law."""
+
+    term: str = Field(description="Its name.")
+    own: float = Field(description="Its length, speed, time or travel, SI; 0 for none.")
+    amplitude: float = Field(description="N.")
+
+
+class LawOut(Result):
+    """A sketched law as values, from which the code of its effect is written."""
+
+    terms: list[TermOut]
+    displacement: float = Field(description="m, the largest in the records.")
+    velocity: float = Field(description="m/s, the largest in the records.")
+
+    @classmethod
+    def of(cls, law: Law) -> "LawOut":
+        """A law of core."""
+        terms = zip(law.placed, law.amplitudes, strict=True)
+        return cls(
+            terms=[TermOut(term=one.term.name, own=one.s, amplitude=amplitude) for one, amplitude in terms],
+            displacement=law.scales.displacement,
+            velocity=law.scales.velocity,
+        )
+
+
 class ProposalOut(Result):
     """The simplest law for it."""
 
     effect: str = Field(description="Name of the effect.")
     formula: str
     terms: list[str]
+    law: LawOut | None = Field(None, description="The law as values; null in sketches of earlier versions.")
     source: str = Field(description="File of the effect.")
     parameters: dict[str, SketchedValue] = Field(description="The effect's parameters.")
     values: dict[str, dict[str, Value]] = Field(description="Values of the model with it, SI units.")
@@ -166,6 +194,7 @@ def _proposal(one: Proposal, taken: Mapping[str, float]) -> ProposalOut:
         effect=one.name,
         formula=one.formula,
         terms=[placed.term.name for placed in one.law.placed],
+        law=LawOut.of(one.written),
         source=one.source,
         parameters={
             known.name: SketchedValue(

@@ -91,6 +91,29 @@ class ModelComparison(Base):
     event: Mapped[Event] = relationship()
 
 
+class KeptEffect(Base):
+    """A sketched law that is kept as an effect of every model: its values, from which its code is written.
+
+    It names the sketch that it came from by numbers alone, which outlive the rows.
+    """
+
+    __tablename__ = "kept_effect"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(unique=True)
+    law: Mapped[dict[str, Any]]
+    """service.models.sketch_results.LawOut."""
+    building: Mapped[str]
+    """Code of the building whose records were sketched."""
+    model_id: Mapped[int]
+    job_id: Mapped[int]
+    """Number of the sketch."""
+    author: Mapped[str]
+    """Name of the key that kept it."""
+    created_at: Mapped[datetime]
+    version: Mapped[str]
+    """Version of the code."""
+
+
 class ModelDiagnosis(Base):
     """A diagnosis of a version; another diagnosis makes a new row and keeps this one."""
 

@@ -103,6 +103,8 @@ DIAGNOSING = "Testing every effect"
 IMPROVING = "Improving the model"
 FORECASTING = "Forecasting the response"
 SKETCHING = "Sketching the missing force"
+MOST_NAMED = 5
+"""Models that a refusal names."""
 ONE_SCALING = "scale to one thing: pga, displacement or design_spectrum"
 NO_DESIGN_SPECTRUM = "The building file has no [design_spectrum]; add it, or scale to something else."
 BY_DESIGN, BY_VALUES = "from the design values", "from given values"
@@ -181,6 +183,26 @@ def unknown_effect(name: str, known: Collection[str]) -> str:
 def taken_name(name: str) -> str:
     """Refusal of a name for a sketched effect."""
     return f"An effect cannot be called {name!r}: choose an unused name of letters, digits and _."
+
+
+NOTHING_PROPOSED = "The sketch proposes no law that could be kept."
+SKETCHED_EARLIER = "An earlier version made this sketch and did not store its law as values; sketch again."
+
+
+def unknown_term(name: str, problem: str) -> str:
+    """Refusal of a kept effect that another version of Menshin kept."""
+    return f"This version of Menshin cannot write the effect {name!r}: {problem}."
+
+
+def effect_in_use(name: str, models: Sequence[int]) -> str:
+    """Refusal to delete a kept effect that models have."""
+    more = f" and {len(models) - MOST_NAMED} more" if len(models) > MOST_NAMED else ""
+    return f"The effect {name!r} is part of models {', '.join(map(str, models[:MOST_NAMED]))}{more}; they need it."
+
+
+def effect_wanted(name: str, job: int) -> str:
+    """Refusal to delete a kept effect that work under way may give to a model."""
+    return f"Job {job} may give the effect {name!r} to a model; delete it once that job has ended."
 
 
 def has_effect(name: str) -> str:

@@ -17,6 +17,7 @@ from service.http.rendering import page
 from service.jobs import requests as job_requests
 from service.jobs.tables import Job
 from service.models import answers, queries, requests
+from service.models.api.kept_effects import knowing
 from service.models.forecast_results import ForecastDocument
 from service.models.forecast_words import limit_row, peak_row
 from service.models.pages.models import shown_model
@@ -24,8 +25,8 @@ from service.models.schema import ForecastForm
 
 router = APIRouter(include_in_schema=False)
 
-Reader = Annotated[Caller, Depends(reader)]
-By = Annotated[Caller, Depends(engineer)]
+Reader = Annotated[Caller, Depends(knowing(reader))]
+By = Annotated[Caller, Depends(knowing(engineer))]
 Forecasting = Annotated[Posted[ForecastForm], Depends(posted(ForecastForm))]
 
 

@@ -21,6 +21,7 @@ from service.jobs import requests as job_requests
 from service.jobs.queue import UNDER_WAY
 from service.jobs.requests import may_cancel
 from service.models import answers, queries, requests
+from service.models.api.kept_effects import knowing
 from service.models.queries import DIRECTIONS
 from service.models.schema import ModelRequest, held_out_by
 from service.models.tables import ModelComparison
@@ -28,8 +29,8 @@ from service.models.windows import Window, worst_windows
 
 router = APIRouter(include_in_schema=False)
 
-Reader = Annotated[Caller, Depends(reader)]
-By = Annotated[Caller, Depends(engineer)]
+Reader = Annotated[Caller, Depends(knowing(reader))]
+By = Annotated[Caller, Depends(knowing(engineer))]
 VERSIONS = 200
 """Number of a building's models that its page lists."""
 JOBS = 5

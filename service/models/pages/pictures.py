@@ -18,7 +18,9 @@ from service.http.rendering import SVG, As, picture, specified
 from service.http.responses import Tagged, TaggedRoute
 from service.jobs import requests as job_requests
 from service.models import answers, queries
+from service.models.api.kept_effects import known
 from service.models.effect_loops import ALONE, WITH, WITHOUT, loops as loops_of_effect, read_values
+from service.models.effects import law
 from service.models.figures.forecasts import accelerations, displacement, drawn
 from service.models.figures.sketches import beside_law, force as missing_force, layered
 from service.models.forecast_results import ForecastDocument, ForecastOut
@@ -57,7 +59,9 @@ GROUPS = {FITTED: BLUE, HELD_OUT: ORANGE, LATER: GREY}
 
 EffectName = Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
 
-router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)], route_class=TaggedRoute)
+router = APIRouter(
+    prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer), Depends(known)], route_class=TaggedRoute
+)
 
 
 @router.get("/model-loop.{form}")
@@ -200,7 +204,7 @@ def of_effect(wanted: As, name: EffectName) -> Response:
         except ModelError as error:
             raise ConflictError(f"{str(error).capitalize()}; choose others.") from None
 
-    return picture(wanted, draw, "effect", name, values, amplitude)
+    return picture(wanted, draw, "effect", name, law(EFFECTS[name]), values, amplitude)
 
 
 def _by_role(errors: Errors) -> tuple[float | None, ...]:

@@ -2,30 +2,35 @@
 
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session, sessionmaker
+from starlette.responses import RedirectResponse
 
 from core.effects import EFFECTS
 from core.workbench.texts import distinguishing_records
-from service.access.auth import Caller, Role
+from service.access.auth import Caller, Role, engineer
 from service.access.pages import reader
 from service.buildings.store import zone
 from service.errors import ConflictError, NotFoundError
-from service.http.forms import NOT_REFUSED, Refused, refused
-from service.http.parameters import JobId, Reading
+from service.http.forms import NOT_REFUSED, Posted, Refused, answered, posted, refused
+from service.http.parameters import JobId, Reading, Writing
 from service.http.rendering import page
 from service.jobs import requests as job_requests
 from service.jobs.tables import Job
-from service.models import answers, queries, requests, texts
+from service.models import answers, kept_effects, queries, requests, texts
 from service.models.api.comparisons import DiagnosisId
-from service.models.schema import NEW_EFFECT
+from service.models.api.kept_effects import knowing
+from service.models.schema import NEW_EFFECT, KeepForm
 from service.models.sketch_results import SketchDocument
 
 router = APIRouter(include_in_schema=False)
 
-Reader = Annotated[Caller, Depends(reader)]
+Reader = Annotated[Caller, Depends(knowing(reader))]
+By = Annotated[Caller, Depends(knowing(engineer))]
+Keeping = Annotated[Posted[KeepForm], Depends(posted(KeepForm))]
 
 
 @router.get("/diagnoses/{diagnosis_id}")
@@ -58,11 +63,11 @@ def _alike(effects: Sequence[str]) -> str:
 @router.get("/sketches/{job_id}")
 def of_sketch(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Response:
     """A sketch: what is missing, on what it depends, and the law for it."""
-    return _shown_sketch(request, job_id, sessions)
+    return _shown_sketch(request, job_id, sessions, by)
 
 
 def _shown_sketch(
-    request: Request, job_id: int, sessions: sessionmaker[Session], refused: Refused = NOT_REFUSED
+    request: Request, job_id: int, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
 ) -> Response:
     with sessions() as session:
         job, found = _sketch(session, job_id)
@@ -79,6 +84,8 @@ def _shown_sketch(
             job=job,
             sketch=found,
             held_out=list(dict.fromkeys(one.earthquake for one in found.course.traces if one.left_out)),
+            kept=[one.name for one in kept_effects.rows(session) if one.job_id == job_id],
+            may_work=by.on(building.code).role >= Role.engineer,
         )
 
 
@@ -101,12 +108,24 @@ def of_sketched_effect(
             raise ConflictError(texts.taken_name(wanted))
         requests.check_new_name(wanted)
     except ConflictError as error:
-        return _shown_sketch(request, job_id, sessions, refused("effect", {"name": wanted}, error))
+        return _shown_sketch(request, job_id, sessions, by, refused("effect", {"name": wanted}, error))
     return Response(
         found.proposal.source,
         media_type="text/x-python",
         headers={"Content-Disposition": f'attachment; filename="{wanted}.py"'},
     )
+
+
+@router.post("/sketches/{job_id}/keep")
+def keep(request: Request, job_id: JobId, sessions: Writing, by: By, form: Keeping) -> Response:
+    """Keep the law of a sketch as an effect, and show it."""
+
+    def act(wanted: KeepForm) -> Response:
+        with sessions.begin() as session:
+            made = kept_effects.keep(session, job_id, wanted.name, by.name, datetime.now(UTC))
+            return RedirectResponse(f"/effects/{made.name}", 303)
+
+    return answered("effect", form, act, lambda why: _shown_sketch(request, job_id, sessions, by, why))
 
 
 def _sketch(session: Session, job_id: int) -> tuple[Job, SketchDocument]:

@@ -21,14 +21,15 @@ from service.jobs.queue import UNDER_WAY
 from service.jobs.requests import cancel_for, may_cancel
 from service.jobs.tables import Job
 from service.models import queries, requests, store
+from service.models.api.kept_effects import knowing
 from service.models.pages.models import shown_model
 from service.models.schema import EffectForm, FitForm, SketchForm, held_out_by
 from service.records import queries as record_queries
 
 router = APIRouter(include_in_schema=False)
 
-Reader = Annotated[Caller, Depends(reader)]
-By = Annotated[Caller, Depends(engineer)]
+Reader = Annotated[Caller, Depends(knowing(reader))]
+By = Annotated[Caller, Depends(knowing(engineer))]
 
 
 def _form(

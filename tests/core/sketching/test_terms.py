@@ -1,17 +1,19 @@
 """Histories of terms against exact solutions, and against the compiled simulation of the effects made of them."""
 
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
+from threading import Barrier
 
 import numpy as np
 import pytest
 
-from core.effects import EFFECTS, add_effect, only
+from core.effects import EFFECTS, add_effect, also, only
 from core.errors import ModelError
 from core.fitting.observation import LayerHistory, Observation
 from core.model.force_response import force_response
 from core.model.isolator import Conditions, Isolator
-from core.sketching.law import effect_of, effect_source, starts
-from core.sketching.search import Placed, Sketched
+from core.sketching.law import Law, effect_of, effect_source, starts
+from core.sketching.search import Placed
 from core.sketching.terms import TERMS, Term, histories, scales_of
 
 RATE, SECONDS = 200.0, 20.0
@@ -47,8 +49,8 @@ def placed() -> list[Placed]:
     ]
 
 
-def law_of(*terms: Placed) -> Sketched:
-    return Sketched(terms, np.full(len(terms), 2.0), 0.0, 0.0, 0.0, ())
+def law_of(*terms: Placed) -> Law:
+    return Law(terms, (2.0,) * len(terms), SCALES)
 
 
 def named(name: str) -> Term:
@@ -60,7 +62,7 @@ def test_every_term_is_in_the_simulation_what_it_was_in_the_search() -> None:
     linear between samples."""
     every = placed()
     law = law_of(*every)
-    add_effect("sketch_of_everything", effect_of("sketch_of_everything", effect_source("all", law, SCALES, "known")))
+    add_effect("sketch_of_everything", effect_of("sketch_of_everything", effect_source("all", law)))
     values = starts(law) | {f"force_{number}": 0.0 for number in range(1, len(every) + 1)}
     for number, one in enumerate(every, start=1):
         alone = Isolator({"sketch_of_everything": values | {f"force_{number}": 1.0}})
@@ -91,10 +93,49 @@ def test_a_slip_is_its_closed_form_on_first_loading() -> None:
     assert z[first] == pytest.approx(1 - np.exp(-SEEN.layer.displacement[first] / length), abs=1e-9)
 
 
+def test_a_law_of_its_values_alone_is_the_same_law() -> None:
+    law = law_of(*placed())
+    values = [(one.term.name, one.s, 2.0) for one in law.placed]
+    assert Law.of_terms(values, SCALES) == law
+
+
+@pytest.mark.parametrize(
+    ("terms", "reason"),
+    [
+        ([("__import__('os')", 0.0, 1.0)], "no law of a sketch has a term"),
+        ([("cubic spring", 0.0, float("nan"))], "cannot have the value"),
+        ([("plain slip", 0.0, 1.0)], "cannot have the value"),
+        ([], "one term at least"),
+    ],
+)
+def test_values_that_no_law_has_are_refused(terms: list[tuple[str, float, float]], reason: str) -> None:
+    with pytest.raises(ModelError, match=reason):
+        Law.of_terms(terms, SCALES)
+
+
 @pytest.mark.parametrize("name", ["", "two words", "1st", "lambda"])
 def test_a_name_that_no_effect_can_have_is_refused(name: str) -> None:
     with pytest.raises(ModelError, match="cannot be called"):
-        effect_source(name, law_of(placed()[0]), SCALES, "known")
+        effect_source(name, law_of(placed()[0]))
+
+
+def test_threads_have_effects_of_their_own() -> None:
+    """A sketch in one thread of a Dask worker narrows the effects of that thread alone."""
+    before, own = dict(EFFECTS), effect_of("own", effect_source("own", law_of(Placed(named("cubic spring"), 0.0))))
+    begun, seen = Barrier(2), Barrier(2)
+
+    def narrowed() -> set[str]:
+        with only(["elastic"]), also({"own": own}):
+            begun.wait(30)
+            seen.wait(30)
+            return set(EFFECTS)
+
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(narrowed)
+        begun.wait(30)
+        here = dict(EFFECTS)
+        seen.wait(30)
+        assert (here, other.result()) == (before, {"elastic", "own"})
 
 
 def test_a_name_that_was_free_again_gives_the_force_of_its_new_law() -> None:
@@ -103,7 +144,7 @@ def test_a_name_that_was_free_again_gives_the_force_of_its_new_law() -> None:
     for name in ("cubic spring", "cubic dashpot"):
         law = law_of(Placed(named(name), 0.0))
         with only(["elastic"]):
-            add_effect("used_twice", effect_of("used_twice", effect_source("used_twice", law, SCALES, "A test.")))
+            add_effect("used_twice", effect_of("used_twice", effect_source("used_twice", law)))
             model = Isolator({"used_twice": {"force_1": 2.0}})
             forces.append(force_response(model, SEEN.layer.displacement, SEEN.layer.velocity, RATE).force)
             assert set(EFFECTS) == {"elastic", "used_twice"}

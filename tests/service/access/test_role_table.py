@@ -87,6 +87,8 @@ GET /api/v1/events/{event_id}/restoring-force
 GET /api/v1/events/{event_id}/verdict
 GET /api/v1/events/{event_id}/waveforms/{channel}
 GET /api/v1/jobs
+GET /api/v1/kept-effects
+GET /api/v1/kept-effects/{name}/file
 GET /api/v1/jobs/{job_id}
 GET /api/v1/jobs/{job_id}/progress
 GET /api/v1/messages/{message_id}
@@ -180,6 +182,8 @@ POST /api/v1/models/{model_id}/diagnoses
 POST /api/v1/models/{model_id}/forecasts
 POST /api/v1/models/{model_id}/improvements
 POST /api/v1/models/{model_id}/sketches
+POST /api/v1/kept-effects
+DELETE /api/v1/kept-effects/{name}
 POST /api/v1/models/{model_id}/effects
 POST /api/v1/models/{model_id}/fits
 POST /api/v1/receivers/{receiver_id}/test
@@ -196,6 +200,8 @@ POST /models/{model_id}/diagnose
 POST /models/{model_id}/forecast
 POST /models/{model_id}/improve
 POST /models/{model_id}/sketch
+POST /sketches/{job_id}/keep
+POST /effects/{name}/delete
 POST /models/{model_id}/extend
 POST /models/{model_id}/fit
 POST /receivers/{receiver_id}/test
@@ -345,6 +351,7 @@ WITHOUT_BUILDINGS = {
     "GET /docs",
     "GET /effects",
     "GET /api/v1/effects",
+    "GET /api/v1/kept-effects",
 }
 """Routes whose answer is the same whatever the buildings are."""
 NOTHING_THERE = {
