@@ -24,7 +24,7 @@ from core.effect import RESULTS
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, chi_square, error, fitted, weighted_fit
+from core.fitting.fit import Fit, chi_square, error, fitted, reweighted_fit
 from core.fitting.observation import Observation
 from core.fitting.search import Outcome as SearchOutcome
 from core.model.isolator import Isolator
@@ -408,7 +408,7 @@ def _earns(step: Step, needed: float) -> bool:
 
 def _refitted(by_noise: FitData, effects: Mapping[str, Mapping[str, float]]) -> tuple[float, Isolator]:
     """N, error of the force of a model with these effects, fitted from these values; and the model."""
-    whole = weighted_fit(by_noise.observations, Isolator(effects))
+    whole = reweighted_fit(by_noise, Isolator(effects))
     return error(whole.data, whole.fit), whole.fit.model
 
 

@@ -7,7 +7,7 @@ group with them. Each group's force is computed alone, once for each choice of i
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from threading import Lock
 
 import numpy as np
@@ -17,28 +17,32 @@ from core.effect import KINDS, RESULTS, YIELDED
 from core.effects import EFFECTS
 from core.fitting.noise import force_noise
 from core.fitting.observation import Observation
-from core.model.force_response import Excitation, ForceResponse, excitation, response_to
-from core.model.isolator import Isolator, Key, carried
+from core.model.force_response import (
+    Excitation,
+    excitation,
+    force_derivatives,
+    parameter_directions,
+    state_history,
+)
+from core.model.isolator import Isolator, Key, PackedModel, carried, packed
 from core.record import Direction
 from core.signals.whitening import Whitening
 
 KEPT = 2e8
 """Bytes of columns that are kept, those used last."""
+KEPT_STATES = 2e7
+"""Bytes of states that are kept: a search needs them again for the derivatives where its last step ended. A choice."""
 
 
-class ColumnMemory:
-    """Bounded cache of columns during a search.
+class BoundedMemory:
+    """Bounded cache of matrices during a search."""
 
-    Copies and pickles of an object that refers to it start with an empty cache.
-    """
-
-    def __init__(self) -> None:
+    def __init__(self, room: float) -> None:
+        """Cache of so many bytes."""
         self._kept: OrderedDict[tuple[object, ...], Matrix] = OrderedDict()
         self._bytes = 0
+        self._room = room
         self._lock = Lock()
-
-    def __reduce__(self) -> tuple[type["ColumnMemory"], tuple[()]]:
-        return ColumnMemory, ()
 
     @property
     def size(self) -> int:
@@ -46,7 +50,7 @@ class ColumnMemory:
         return self._bytes
 
     def of(self, key: tuple[object, ...], compute: Callable[[], Matrix]) -> Matrix:
-        """Columns of a key, computed unless they are in the cache."""
+        """Matrix of a key, computed unless it is in the cache."""
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
@@ -56,7 +60,7 @@ class ColumnMemory:
             if key not in self._kept:
                 self._kept[key] = columns
                 self._bytes += columns.nbytes
-            while self._bytes > KEPT and len(self._kept) > 1:
+            while self._bytes > self._room and len(self._kept) > 1:
                 self._bytes -= self._kept.popitem(last=False)[1].nbytes
         return columns
 
@@ -65,6 +69,30 @@ class ColumnMemory:
         with self._lock:
             self._kept.clear()
             self._bytes = 0
+
+
+class ColumnMemory(BoundedMemory):
+    """Cache of columns, and of the states that they were computed from.
+
+    Copies and pickles of an object that refers to it start with an empty cache.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(KEPT)
+        self.states = BoundedMemory(KEPT_STATES)
+
+    def __reduce__(self) -> tuple[type["ColumnMemory"], tuple[()]]:
+        return ColumnMemory, ()
+
+    @property
+    def size(self) -> int:
+        """Bytes in both caches."""
+        return super().size + self.states.size
+
+    def clear(self) -> None:
+        """Empty both caches."""
+        super().clear()
+        self.states.clear()
 
 
 def groups(names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
@@ -117,8 +145,11 @@ class FitData:
     @property
     def spans(self) -> tuple[slice, ...]:
         """Span of each record in the target."""
-        ends = np.cumsum([0, *(w.std.size for w in self.whitenings)])
-        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+        return _spans(w.std.size for w in self.whitenings)
+
+
+def _spans(sizes: Iterable[int]) -> tuple[slice, ...]:
+    return tuple(slice(a, b) for a, b in pairwise(accumulate(sizes, initial=0)))
 
 
 def columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
@@ -131,24 +162,34 @@ def columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
         model: one group's effects and values.
         wanted: which parameters.
     """
-    key = (tuple(wanted), *((name, *values.values()) for name, values in model.effects.items()))
-    known = data.memory.of(key, lambda: _columns(data, model, wanted))
+    values = tuple((name, *values.values()) for name, values in model.effects.items())
+    known = data.memory.of((tuple(wanted), *values), lambda: _columns(data, model, wanted, values))
     spans = zip(data.spans, data.whitenings, strict=True)
     return np.concatenate([weights.whitened(known[:, span]) for span, weights in spans], axis=1)
 
 
-def _columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
+def _columns(data: FitData, isolator: Isolator, wanted: Sequence[Key], values: tuple[object, ...]) -> Matrix:
     matrices: list[Matrix] = []
-    last: dict[Direction, ForceResponse] = {}
-    each = zip(data.observations, data.excitations, data.whitenings, strict=True)
-    for observation, excited, weights in each:
-        before = last.get(observation.direction)
-        now = last[observation.direction] = response_to(
-            excited,
-            model,
-            wanted=wanted,
-            states=None if before is None else carried(model, before.states),
-            states_by_parameter=None if before is None else carried(model, before.states_by_parameter),
-        )
-        matrices.append(weights.filtered(now.by_parameter))
+    model = packed(isolator)
+    followed = data.memory.states.of(values, lambda: _states(data, isolator, model))
+    towards = parameter_directions(model, isolator, wanted)
+    last: dict[Direction, Matrix] = {}
+    spans = _spans(one.acceleration.size for one in data.excitations)
+    each = zip(data.observations, data.excitations, data.whitenings, spans, strict=True)
+    for observation, excited, weights, span in each:
+        before = last.get(observation.direction, np.zeros((len(wanted), model.states)))
+        changes = carried(isolator, before)
+        columns, last[observation.direction] = force_derivatives(excited, model, towards, followed[span], changes)
+        matrices.append(weights.filtered(columns))
     return np.concatenate(matrices, axis=1)
+
+
+def _states(data: FitData, isolator: Isolator, model: PackedModel) -> Matrix:
+    """(samples, states) of a model in all records, from one to the next of a direction."""
+    histories: list[Matrix] = []
+    last: dict[Direction, Vector] = {}
+    for observation, excited in zip(data.observations, data.excitations, strict=True):
+        start = carried(isolator, last.get(observation.direction, np.zeros(model.states)))
+        histories.append(state_history(excited, model, start))
+        last[observation.direction] = histories[-1][-1]
+    return np.concatenate(histories)

@@ -50,6 +50,16 @@ class ForceResponse:
     """(wanted, m) derivatives of the states at the last sample."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ParameterDirection:
+    """A wanted parameter as a direction in the space of all parameters."""
+
+    unit: Vector
+    """Change of the packed parameters: 1 at this one."""
+    stateless: bool
+    """True if no state depends on it."""
+
+
 def force_history(
     isolator: Isolator, displacement: Vector, velocity: Vector, rate: float, conditions: Conditions | None = None
 ) -> Vector:
@@ -119,7 +129,55 @@ def response_to(
             f"the model has {model.states} states and {len(wanted)} parameters are wanted; the states at the "
             f"start are {start.shape}, their derivatives {changes.shape}"
         )
-    return _response(excited, model, [_direction(model, isolator, key) for key in wanted], start, changes)
+    force, _, followed = _integrated(excited, model, np.zeros(model.p.size), start, 0)
+    by_parameter, by_end = force_derivatives(
+        excited, model, parameter_directions(model, isolator, wanted), followed, changes
+    )
+    return ForceResponse(force, by_parameter, followed[-1], by_end)
+
+
+def state_history(excited: Excitation, model: PackedModel, start: Vector) -> Matrix:
+    """(n, m) states of a model at every sample of an excitation.
+
+    Args:
+        excited: motion and conditions, n samples.
+        model: with m states.
+        start: (m,) at the first sample.
+    """
+    if model.states == 0:
+        return np.empty((excited.acceleration.size, 0))
+    return _integrated(excited, model, np.zeros(model.p.size), start, 0)[2]
+
+
+def force_derivatives(
+    excited: Excitation, model: PackedModel, wanted: Sequence[ParameterDirection], states: Matrix, changes: Matrix
+) -> tuple[Matrix, Matrix]:
+    """Derivatives of the force, and of the last sample's states: those that involve no state at once, each other one in
+    an integration of its own.
+
+    Args:
+        excited: motion and conditions, n samples.
+        model: with m states.
+        wanted: parameters.
+        states: (n, m) of the model at every sample.
+        changes: (wanted, m) derivatives of the states at the first sample.
+
+    Returns:
+        (wanted, n) N, and (wanted, m), per unit of each parameter.
+    """
+    by_parameter, by_end = np.empty((len(wanted), states.shape[0])), np.zeros((len(wanted), model.states))
+    at_once = [n for n, one in enumerate(wanted) if one.stateless and not changes[n].any()]
+    if at_once:
+        units = np.array([wanted[n].unit for n in at_once])
+        arrays = excited.samples, excited.acceleration, model.opcode, model.at_p, model.at_x, model.p
+        columns, room = np.empty((len(at_once), states.shape[0])), np.zeros((2, 2 * model.states))
+        column_kernel(model.laws)(*arrays, units, states, columns, room)
+        by_parameter[at_once] = columns
+    for n in sorted({*range(len(wanted))} - {*at_once}):
+        both = np.concatenate([states[0], changes[n]])
+        _, by_parameter[n], followed = _integrated(excited, model, wanted[n].unit, both, model.states)
+        by_end[n] = followed[-1, model.states :]
+    return by_parameter, by_end
 
 
 def excitation(
@@ -181,45 +239,26 @@ def _weights(substeps: int) -> Matrix:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Direction:
-    """A wanted parameter as a direction in the space of all parameters."""
+def parameter_directions(
+    model: PackedModel, isolator: Isolator, wanted: Sequence[Key]
+) -> tuple[ParameterDirection, ...]:
+    """Directions of these parameters.
 
-    unit: Vector
-    """Change of the packed parameters: 1 at this one."""
-    stateless: bool
-    """True if no state depends on it."""
-
-
-def _direction(model: PackedModel, isolator: Isolator, key: Key) -> _Direction:
+    Raises:
+        ModelError: the model lacks one of them.
+    """
     keys = parameter_names(isolator)
+    return tuple(_direction(model, keys, key) for key in wanted)
+
+
+def _direction(model: PackedModel, keys: Sequence[Key], key: Key) -> ParameterDirection:
     if key not in keys:
         raise ModelError(f"the model has no parameter {key}; it has {', '.join(map(str, keys))}")
     effect = EFFECTS[key[0]]
     unit = np.zeros(len(keys))
     unit[keys.index(key)] = 1.0
     own = key[1] in effect.linear or not effect.states
-    return _Direction(unit, stateless=model.states == 0 or (effect.acts_on in RESULTS and own))
-
-
-def _response(
-    excited: Excitation, model: PackedModel, wanted: list[_Direction], start: Vector, changes: Matrix
-) -> ForceResponse:
-    """Force and states in one integration; derivatives that involve no state at once, each other one in its own."""
-    force, _, states = _integrated(excited, model, np.zeros(model.p.size), start, 0)
-    by_parameter, by_end = np.empty((len(wanted), force.size)), np.zeros((len(wanted), model.states))
-    at_once = [n for n, one in enumerate(wanted) if one.stateless and not changes[n].any()]
-    if at_once:
-        directions = np.array([wanted[n].unit for n in at_once])
-        arrays = excited.samples, excited.acceleration, model.opcode, model.at_p, model.at_x, model.p
-        columns, room = np.empty((len(at_once), force.size)), np.zeros((2, 2 * model.states))
-        column_kernel(model.laws)(*arrays, directions, states, columns, room)
-        by_parameter[at_once] = columns
-    for n in sorted({*range(len(wanted))} - {*at_once}):
-        both = np.concatenate([start, changes[n]])
-        _, by_parameter[n], followed = _integrated(excited, model, wanted[n].unit, both, model.states)
-        by_end[n] = followed[-1, model.states :]
-    return ForceResponse(force=force, by_parameter=by_parameter, states=states[-1], states_by_parameter=by_end)
+    return ParameterDirection(unit, stateless=model.states == 0 or (effect.acts_on in RESULTS and own))
 
 
 def _integrated(
