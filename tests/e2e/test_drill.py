@@ -1,7 +1,6 @@
 """A drill from end to end: the real command, the real notifier, a mail server and a program that checks signatures."""
 
 import json
-import os
 from base64 import b64decode
 from pathlib import Path
 
@@ -26,7 +25,6 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_mistaken_for_
     sessions = opened.sessions(url)
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[:1])
-    path = os.environ.get("PYTHONPATH", "")
     with webhook_server() as program, webhook_server() as chat, mail_server() as box:
         rules = (
             ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES),
@@ -40,7 +38,7 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_mistaken_for_
             building = building_store.find(session, "PAPER")
             for rule in rules:
                 recipients.add(session, building.id, rule, "engineer", monitored_building.NOW)
-        alone = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "0", PYTHONPATH=path)
+        alone = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "0")
         assert alone.returncode == 1, "nobody delivers yet"
         assert "menshin notify" in alone.stdout
         settings = {
@@ -50,8 +48,8 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_mistaken_for_
             "MENSHIN_SMTP__PORT": str(box.port),
             "MENSHIN_SMTP__SECURITY": "none",
         }
-        with running_command(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
-            held = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "60", PYTHONPATH=path)
+        with running_command(tmp_path, url, "notify", **settings) as notifier:
+            held = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "60")
             assert held.returncode == 0, held.stdout + held.stderr
             assert held.stdout.count("delivered") == 3
             assert interrupt(notifier) == 0
@@ -66,6 +64,6 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_mistaken_for_
         one = program.posted[-1]
         assert Webhook(KEY).verify(one.body, dict(one.headers))["type"] == "menshin.drill.v1"
         assert json.loads(one.body)["data"]["is_real"] is False
-    unknown = run(tmp_path, url, "drill", "--building", "NOWHERE", PYTHONPATH=path)
+    unknown = run(tmp_path, url, "drill", "--building", "NOWHERE")
     assert (unknown.returncode, "PAPER" in unknown.stderr) == (2, True)
     sessions.kw["bind"].dispose()

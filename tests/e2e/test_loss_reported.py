@@ -1,6 +1,5 @@
 """A building that loses stiffness: an active alert, and messages by mail and to a program."""
 
-import os
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -29,7 +28,6 @@ def test_a_loss_of_eight_percent_is_reported_once_by_mail_and_in_a_signed_reques
 ) -> None:
     url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
-    path = os.environ.get("PYTHONPATH", "")
     with webhook_server() as program, mail_server() as box:
         with sessions.begin() as session:
             building = stored_histories.building(session).id
@@ -48,7 +46,7 @@ def test_a_loss_of_eight_percent_is_reported_once_by_mail_and_in_a_signed_reques
             "MENSHIN_SMTP__PORT": str(box.port),
             "MENSHIN_SMTP__SECURITY": "none",
         }
-        with running_command(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
+        with running_command(tmp_path, url, "notify", **settings) as notifier:
             deadline = monotonic() + PATIENCE
             while not (box.mails and program.posted) and monotonic() < deadline:
                 sleep(0.1)

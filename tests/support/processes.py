@@ -4,13 +4,18 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import BinaryIO
 
 import psutil
+from forked_commands import Command, source
 
 COMMAND = (sys.executable, "-c", "from service.cli import app; app()")
+READ_AT_IMPORT = ("LD_", "PYTHON", "FAKETIME")
+"""Beginnings of variables that have effect while a process starts."""
 
 
 def environment(database_url: str, **more: str) -> dict[str, str]:
@@ -24,25 +29,45 @@ def run(
     folder: Path, database_url: str, *arguments: str, before: Sequence[str] = (), **more: str
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end, by way of the one `before` it."""
-    command = [*before, *COMMAND, *arguments]
-    return subprocess.run(
-        command, cwd=folder, env=environment(database_url, **more), capture_output=True, text=True, timeout=120
-    )
+    given = environment(database_url, **more)
+    if before:
+        command = [*before, *COMMAND, *arguments]
+        return subprocess.run(command, cwd=folder, env=given, capture_output=True, text=True, timeout=120)
+    with TemporaryFile() as output, TemporaryFile() as errors:
+        process = _started(arguments, folder, given, output, errors)
+        try:
+            code = process.wait(120)
+        finally:
+            kill_tree(process)
+        written = []
+        for file in (output, errors):
+            file.seek(0)
+            written.append(file.read().decode())
+    return subprocess.CompletedProcess(arguments, code, *written)
 
 
 @contextmanager
-def running_command(folder: Path, database_url: str, *arguments: str, **more: str) -> Iterator[psutil.Popen]:
+def running_command(folder: Path, database_url: str, *arguments: str, **more: str) -> Iterator[psutil.Popen | Command]:
     """A command that runs meanwhile; nothing of its process tree is left afterwards."""
-    command = [*COMMAND, *arguments]
     with (folder / "output").open("ab") as output:
-        process = psutil.Popen(command, cwd=folder, env=environment(database_url, **more), stdout=output, stderr=output)
+        process = _started(arguments, folder, environment(database_url, **more), output, output)
     try:
         yield process
     finally:
         kill_tree(process)
 
 
-def kill_tree(process: psutil.Popen) -> None:
+def _started(
+    arguments: Sequence[str], folder: Path, given: Mapping[str, str], output: BinaryIO, errors: BinaryIO
+) -> psutil.Popen | Command:
+    """A copy of a process that has imported everything, unless the environment differs in what a start heeds."""
+    changed = {name for name in {*given, *os.environ} if given.get(name) != os.environ.get(name)}
+    if any(name.startswith(READ_AT_IMPORT) for name in changed):
+        return psutil.Popen([*COMMAND, *arguments], cwd=folder, env=given, stdout=output, stderr=errors)
+    return source().start(arguments, folder, given, output, errors)
+
+
+def kill_tree(process: psutil.Popen | Command) -> None:
     """SIGKILL for a process of ours and all that it started."""
     try:
         tree = [process, *process.children(recursive=True)]
@@ -56,7 +81,7 @@ def kill_tree(process: psutil.Popen) -> None:
     process.wait()
 
 
-def interrupt(process: psutil.Popen, number: int = signal.SIGTERM) -> int:
+def interrupt(process: psutil.Popen | Command, number: int = signal.SIGTERM) -> int:
     """Ask a process to end; its exit code."""
     process.send_signal(number)
     return int(process.wait(timeout=60))

@@ -1,4 +1,8 @@
-"""The commands that run the service, as real processes."""
+"""The commands that run the service, as real processes.
+
+On PostgreSQL the parts run where they are killed (jobs/test_kill.py, records/test_kill_poller.py and
+notify/test_kill_notifier.py), and all together in db/test_database_comes_late.py.
+"""
 
 import re
 from datetime import UTC, datetime
@@ -17,7 +21,7 @@ from service.analyses.tables import Analysis
 from service.buildings import store as building_store
 from service.records.tables import Event
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 PATIENCE = 240.0
 """s until the first analysis: at most 40 on a quiet machine, more than 60 beside ten other processes."""

@@ -63,7 +63,6 @@ def notifying(folder: Path, url: str, box: MailServer) -> Iterator[psutil.Popen]
         "MENSHIN_SMTP__PORT": str(box.port),
         "MENSHIN_SMTP__SECURITY": "none",
         "MENSHIN_NOTIFY__RETRY_DELAY": "0.2",
-        "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
     }
     with running_command(folder, url, "notify", **settings) as process:
         yield process
