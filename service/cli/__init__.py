@@ -6,6 +6,7 @@ import typer
 
 from service.cli import (
     analyse,
+    backup,
     building,
     demo,
     doctor,
@@ -29,7 +30,7 @@ app = typer.Typer(
     help="Structural health monitoring for base-isolated buildings.",
 )
 for group in (
-    *(demo.app, run.app, status.app, doctor.app, report.app, drill.app),
+    *(demo.app, run.app, status.app, doctor.app, backup.app, report.app, drill.app),
     *(analyse.app, reproduce.app, model.effects_app),
 ):
     app.add_typer(group)

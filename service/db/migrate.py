@@ -46,6 +46,11 @@ def newest() -> str:
     return str(ScriptDirectory.from_config(_config()).get_current_head())
 
 
+def known_revisions() -> set[str]:
+    """The revisions that this version can upgrade from, and its own."""
+    return {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
+
+
 def _config() -> Config:
     config = Config()
     config.set_main_option("script_location", "migrations:")
@@ -71,7 +76,7 @@ def _run(url: str, migrate: Callable[[Config], None]) -> None:
 def _check(connection: Connection) -> None:
     """Refuse a database of another version or program, or one that cannot be written."""
     name = shown(connection.engine.url)
-    known = {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
+    known = known_revisions()
     current = MigrationContext.configure(connection).get_current_heads()
     unknown = set(current) - known
     if early := sorted(revision for revision in unknown if revision[:4].isdigit() and int(revision[:4]) < FIRST):

@@ -32,10 +32,10 @@ WITH_DATABASE = {
     "login": [],
 }
 """Commands that use the database of the settings, with what each takes."""
-WITHOUT = {  # `doctor` never fails because of a database: what is wrong is what it prints
+WITHOUT = {  # `doctor` prints what is wrong with a database; `backup` and `restore` read its file, whatever it is
     *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key", "doctor", "building draft"),
     *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve", "model forecast"),
-    *("model sketch", "building sensors"),
+    *("model sketch", "building sensors", "backup", "restore"),
 }
 WAITING = {"up", "api", "poll", "work", "notify"}
 """Parts of the service, which may wait for a database that is away."""

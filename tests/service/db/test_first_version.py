@@ -6,7 +6,6 @@ earthquake of 36 s, analysed, a recipient, and the key below. Its folder of reco
 
 import lzma
 import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +15,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from api_client import client
+from processes import run
 from sqlalchemy import MetaData, create_engine, make_url, select, text
 from sqlalchemy.orm import sessionmaker
 
@@ -112,19 +112,28 @@ def test_no_row_is_lost_and_the_service_goes_on(upgraded: str, tmp_path: Path) -
 
 @pytest.mark.sqlite
 def test_the_documented_backup_of_a_file_in_use(first: str, tmp_path: Path) -> None:
+    """It is made while a process is writing, and restored when none is left."""
     migrate.upgrade(first)
     Path(tmp_path / "first.sqlite").rename(tmp_path / "menshin.sqlite")
+    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
     document = (Path(__file__).parents[3] / "docs" / "operate" / "running.md").read_text("utf-8")
-    [code] = [part.split('"')[1] for part in document.split("`") if part.startswith("python3 -c ")]
-    writer = engine(f"sqlite:///{tmp_path / 'menshin.sqlite'}")
+    make, put_back = (
+        next(part for part in document.split("`") if part.startswith(f"menshin {command} backup")).split()[1:]
+        for command in ("backup", "restore")
+    )
+    writer = engine(url)
     with writer.begin() as connection:
         connection.execute(text("UPDATE building SET name = 'not yet committed'"))
-        subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+        made = run(tmp_path, url, *make)
+        assert made.returncode == 0, made.stderr
     writer.dispose()
-    copy = rows(f"sqlite:///{tmp_path / 'backup.sqlite'}")
-    assert copy["building"][0]["name"] != "not yet committed"
-    assert {**copy, "building": []} == {**rows(f"sqlite:///{tmp_path / 'menshin.sqlite'}"), "building": []}
-    with client(f"sqlite:///{tmp_path / 'backup.sqlite'}") as api:
+    before = rows(url)
+    assert before["building"][0]["name"] == "not yet committed"
+    assert run(tmp_path, url, *put_back).returncode == 0
+    restored = rows(url)
+    assert restored["building"][0]["name"] != "not yet committed"
+    assert {**restored, "building": []} == {**before, "building": []}
+    with client(url) as api:
         assert api.get("/buildings/PAPER", headers=HEADERS).status_code == 200
 
 

@@ -1,0 +1,45 @@
+"""`menshin backup` and `menshin restore`: an SQLite database as one file."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from service.cli.inputs import REFUSED, current_settings, end, progress_bar
+
+app = typer.Typer()
+
+
+@app.command()
+def backup(file: Annotated[Path, typer.Argument(dir_okay=False, help="File to write, which must not exist.")]) -> None:
+    """Copy the SQLite database to a file while the service runs, and check the copy.
+
+    A database of PostgreSQL is backed up by pg_dump. Exit code 0: the copy is whole; 1: there is none, for the reason
+    given.
+    """
+    from service.db import backup as backups
+
+    try:
+        with progress_bar() as report_step:
+            size = backups.backup(current_settings().database_url, file, report_step)
+    except backups.BackupError as error:
+        end(str(error), REFUSED)
+    typer.echo(f"{file}: {size / 1e6:.1f} MB, checked")
+
+
+@app.command()
+def restore(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="File of `menshin backup`.")],
+) -> None:
+    """Put a backup in the place of the SQLite database; all processes of the service must be stopped.
+
+    The database that was there is kept beside it. A backup of an earlier version is upgraded by the next command.
+    """
+    from service.db import backup as backups
+
+    try:
+        before = backups.restore(current_settings().database_url, file, datetime.now(UTC))
+    except backups.BackupError as error:
+        end(str(error), REFUSED)
+    typer.echo(f"restored from {file}" + ("" if before is None else f"; the database before it is {before}"))
