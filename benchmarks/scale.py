@@ -28,7 +28,7 @@ import numpy as np
 import typer
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
-from sqlalchemy import Engine, event, func, select
+from sqlalchemy import Engine, event, func, select, update
 from sqlalchemy.orm import Session, sessionmaker
 
 warnings.simplefilter("ignore")
@@ -37,6 +37,7 @@ from benchmarks import city  # noqa: E402
 from benchmarks.pages import LOCAL, more_events  # noqa: E402
 from benchmarks.rounds import idle_round  # noqa: E402
 from service.access.auth import Caller, Role  # noqa: E402
+from service.analyses.tables import Analysis  # noqa: E402
 from service.db import migrate, sessions as database  # noqa: E402
 from service.drift import monitoring  # noqa: E402
 from service.jobs.queue import WATCH, Claim  # noqa: E402
@@ -271,12 +272,20 @@ def of_drift(folder: Path) -> Iterator[Taken]:
 
 def _after(url: str, earthquakes: int) -> Iterator[Taken]:
     sessions = database.sessions(url)
-    more_events(sessions.kw["bind"], earthquakes)
-    _monitored(sessions)
     more_events(sessions.kw["bind"], earthquakes + 1)
+    _show_last(sessions, is_shown=False)
+    _monitored(sessions)
+    _show_last(sessions, is_shown=True)
     for name, seconds, statements in _monitored(sessions):
         yield Taken(f"drift after {earthquakes} earthquakes: {name}", seconds, statements)
     sessions.kw["bind"].dispose()
+
+
+def _show_last(sessions: sessionmaker[Session], *, is_shown: bool) -> None:
+    """Give the last earthquake its analysis, or take it away."""
+    with sessions.begin() as session:
+        last = select(Event.id).order_by(Event.start.desc()).limit(1).scalar_subquery()
+        session.execute(update(Analysis).where(Analysis.event_id == last).values(current=is_shown))
 
 
 def _monitored(sessions: sessionmaker[Session]) -> list[tuple[str, float, int]]:

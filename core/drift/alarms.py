@@ -36,9 +36,8 @@ from core.drift.rules import (
     SLOW,
     SUDDEN,
     Rule,
-    pending_statistics,
     ramps,
-    rule_statistics,
+    rule_roots,
     rules,
     steps,
 )
@@ -153,7 +152,8 @@ def printed_change(known: Quantity, drift: float, low: float, high: float) -> st
 
 def _crossing(white: Innovations, possible: Sequence[Rule], start: int) -> Crossing | None:
     """The first crossing; of rules that cross at the same event the surest; else a pending one at the latest event."""
-    margins = [(rule, rule_statistics(white, rule, start) - rule.threshold) for rule in possible]
+    every = rule_roots(white, possible)
+    margins = [(one.rule, one.statistics(start) - one.rule.threshold) for one in every]
     reached = [
         int(np.flatnonzero(surest >= 0)[0]) for _, excess in margins if (surest := excess.max(axis=1)).max() >= 0
     ]
@@ -162,7 +162,7 @@ def _crossing(white: Innovations, possible: Sequence[Rule], start: int) -> Cross
         rule, excess = max(margins, key=lambda pair: float(pair[1][now].max()))
         onset = int(excess[now].argmax())
         return Crossing(rule, onset, onset, now, True, onset, onset)
-    last = [(rule, pending_statistics(white, rule, start) - rule.threshold) for rule in possible]
+    last = [(one.rule, one.pending(start) - one.rule.threshold) for one in every]
     rule, pending = max(last, key=lambda pair: float(pair[1].max()))
     if pending.max() < PENDING_MARGIN:
         return None
@@ -179,11 +179,13 @@ def _located(
     innovations that raised the alarm, so that large deviations locate the onset.
     """
     seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
-    likely: list[tuple[Rule, Vector]] = [(crossing.rule, pending_statistics(white, crossing.rule, start))]
     alike = [crossing.rule]
     if crossing.is_sure:
         alike = [rule for rule in possible if rule.sign == crossing.rule.sign]
-        likely = [(rule, rule_statistics(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
+    likely: list[tuple[Rule, Vector]] = [
+        (one.rule, one.statistics(start)[seen, : crossing.raised + 1] if crossing.is_sure else one.pending(start))
+        for one in rule_roots(white, alike)
+    ]
     rule, statistic = max(likely, key=lambda pair: float(pair[1].max()))
     if statistic.max() == 0.0:
         return crossing

@@ -144,6 +144,8 @@ class Baseline:
     scatter: Scatter
     events_needed: int
     """Events that the reference lacks until the curve is determined."""
+    inputs: str = ""
+    """SHA-256 of all that core.drift.monitor fitted it to; empty where it is not known."""
 
     @property
     def range(self) -> tuple[float, float] | None:
@@ -230,7 +232,7 @@ def fit_baseline(
         common = np.bincount(reference.event, precision * residual, len(events)) / sums.weight
         inflation = _excess(common / np.sqrt(scatter.events**2 + 1 / sums.weight))
         weight = 1 / _excess((residual - common[reference.event]) / np.sqrt(reference.variance + scatter.own**2))
-    covariance = np.asarray(cho_solve(factor, np.eye(product.size)))
+    covariance = np.ascontiguousarray(cho_solve(factor, np.eye(product.size)))  # as a stored one is read
     of_events = sums.event_rows / sums.weight[:, None]
     error = float(np.mean(np.einsum("ij,jk,ik->i", of_events, covariance, of_events)))
     # The variance of the curve falls in proportion to the number of events.

@@ -44,6 +44,18 @@ class Innovations:
     """Degrees of freedom of the scale of the covariance."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Response:
+    """What n innovations say about changes that begin at each onset, summed up to the latest event."""
+
+    evidence: Matrix
+    """(n, onsets) innovation of each event in the direction of a rise; 0 before the onset."""
+    along: Matrix
+    """(n, onsets) sum of the innovations along the whitened change."""
+    length: Matrix
+    """(n, onsets) sum of its squares."""
+
+
 @dataclass(frozen=True, slots=True)
 class ChangeSize:
     """Estimated size of a change; natural logarithm, or SI units."""
@@ -113,6 +125,17 @@ def whitened(white: Innovations, patterns: Matrix) -> Matrix:
     return np.asarray(solve_triangular(white.lower, patterns, lower=True))
 
 
+def response(white: Innovations, patterns: Matrix) -> Response:
+    """Response of n innovations to (n, onsets) deviations that a change of size one brings."""
+    white_patterns = whitened(white, patterns)
+    along = white_patterns * white.clipped[:, None]
+    return Response(
+        evidence=np.where(patterns > 0, np.sign(white_patterns) * white.clipped[:, None], 0.0),
+        along=np.cumsum(along, axis=0),
+        length=np.maximum(np.cumsum(white_patterns**2, axis=0), np.finfo(float).tiny),
+    )
+
+
 def signed_roots(white: Innovations, patterns: Matrix, sign: int) -> tuple[Matrix, Indices]:
     """Signed roots of twice the log likelihood ratio, by the latest event and the onset.
 
@@ -124,15 +147,16 @@ def signed_roots(white: Innovations, patterns: Matrix, sign: int) -> tuple[Matri
     Returns:
         (n, onsets) roots, and (n, onsets) numbers of events that support the change.
     """
-    white_patterns = whitened(white, patterns)
-    z = white.clipped[:, None]
-    along, length = np.cumsum(white_patterns * z, axis=0), np.cumsum(white_patterns**2, axis=0)
-    explained = np.maximum(sign * along, 0.0) ** 2 / np.maximum(length, np.finfo(float).tiny)
-    total = np.cumsum(z**2, axis=0)
-    count = white.freedom + np.arange(1, z.size + 1)[:, None]
+    return roots_of_response(white, response(white, patterns), sign)
+
+
+def roots_of_response(white: Innovations, found: Response, sign: int) -> tuple[Matrix, Indices]:
+    """`signed_roots` of a known response, which changes of either sign share."""
+    explained = np.maximum(sign * found.along, 0.0) ** 2 / found.length
+    total = np.cumsum(white.clipped**2)[:, None]
+    count = white.freedom + np.arange(1, white.clipped.size + 1)[:, None]
     root = np.sqrt(count * np.log((white.freedom + total) / (white.freedom + total - explained)))
-    supporting = np.cumsum((sign * np.sign(white_patterns) * z > SUPPORT) & (patterns > 0), axis=0)
-    return root, np.asarray(supporting)
+    return root, np.asarray(np.cumsum(sign * found.evidence > SUPPORT, axis=0))
 
 
 def change_size(white: Innovations, pattern: Vector) -> ChangeSize:

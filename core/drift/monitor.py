@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from hashlib import sha256
 from math import ceil
 from types import MappingProxyType
 
@@ -94,6 +95,7 @@ def monitor(
     reference: Reference = FIRST_EVENTS,
     notes: Mapping[int, EventNotes] = MappingProxyType({}),
     ageing: Ageing | None = None,
+    earlier: Baseline | None = None,
 ) -> Monitoring:
     """Monitor a series for drift. The order in which its measurements arrived does not matter.
 
@@ -102,6 +104,8 @@ def monitor(
         reference: period in which the building counts as healthy.
         notes: notes by event, where there are any.
         ageing: hardening of the rubber, which is no change of stiffness; None where it is not known.
+        earlier: baseline of an earlier monitoring by the same code: where its inputs are the same it is not fitted
+            again, which changes no result.
 
     Raises:
         ModelError: the quantity is not monitored.
@@ -112,7 +116,7 @@ def monitor(
     healthy = _healthy(events, noted, reference)
     if len(healthy) < FEWEST_EVENTS:
         return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
-    baseline = _baseline(known, arrays, events, healthy, _sizes(len(healthy), reference), ageing)
+    baseline = _baseline(known, arrays, events, healthy, reference, ageing, earlier)
     measured = deviations(arrays, len(events), baseline)
     common = np.hstack([softening_std(arrays, events, baseline), ageing_std(events, baseline)])
     covariance = deviation_covariance(measured, common, baseline)
@@ -163,18 +167,42 @@ def _baseline(
     arrays: SeriesArrays,
     events: Sequence[SeriesEvent],
     healthy: Sequence[int],
-    sizes: Sequence[int],
+    reference: Reference,
     ageing: Ageing | None,
+    earlier: Baseline | None,
 ) -> Baseline:
     """Baseline of the first size that determines the curve, or of the last."""
-    for size in sizes:
+
+    def rows_of(size: int) -> SeriesArrays:
         chosen = np.array(healthy[:size])
         rows = arrays.subset(np.isin(arrays.event, chosen))
-        own = replace(rows, event=np.searchsorted(chosen, rows.event))
-        baseline = fit_baseline(known, own, tuple(events[n].event for n in chosen), ageing)
+        return replace(rows, event=np.searchsorted(chosen, rows.event))
+
+    def inputs(size: int) -> str:
+        return _digest(rows_of(size), (known.name, *(events[n] for n in healthy[:size])), (reference, ageing))
+
+    tried = 0 if earlier is None else len(earlier.events)
+    if earlier is None or tried > len(healthy) or inputs(tried) != earlier.inputs:
+        earlier, tried = None, 0
+    for size in _sizes(len(healthy), reference):
+        if earlier is not None and size == tried:
+            baseline = earlier
+        elif size > tried:  # no smaller reference determined the curve
+            baseline = fit_baseline(known, rows_of(size), tuple(events[n].event for n in healthy[:size]), ageing)
+            baseline = replace(baseline, inputs=inputs(size))
+        else:
+            continue
         if not baseline.events_needed:
             break
     return baseline
+
+
+def _digest(rows: SeriesArrays, *others: object) -> str:
+    """SHA-256 of measurements and of what else decides a baseline."""
+    columns = (rows.event, rows.time, rows.value, rows.variance, rows.amplitude, rows.temperature)
+    return sha256(
+        b"".join([repr(others).encode(), *(np.ascontiguousarray(one).tobytes() for one in columns)])
+    ).hexdigest()
 
 
 def _values(

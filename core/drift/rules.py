@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Mask, Matrix, Vector
-from core.drift.change_statistics import Innovations, signed_roots
+from core.arrays import Indices, Mask, Matrix, Vector
+from core.drift.change_statistics import Innovations, response, roots_of_response
 from core.drift.quantities import Quantity
 
 SUDDEN, SLOW, RECOVERY = "sudden", "slow", "recovery"
@@ -74,6 +74,35 @@ def rules(known: Quantity, earlier: Sequence[int] = ()) -> tuple[Rule, ...]:
     return tuple(possible)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RuleRoots:
+    """Signed roots of one rule for n events."""
+
+    rule: Rule
+    root: Matrix
+    """(n, onsets) by the latest event and the onset."""
+    supporting: Indices
+    """(n, onsets) numbers of events that support the change."""
+
+    def statistics(self, start: int) -> Matrix:
+        """(n, onsets) statistic of the rule; 0 where too few events support the change, or before `start`."""
+        return np.where((self.supporting >= self.rule.supporting) & self._is_allowed(start), self.root, 0.0)
+
+    def pending(self, start: int) -> Vector:
+        """(onsets,) statistic at the latest event, where one event at least supports the change."""
+        return np.where((self.supporting[-1] >= 1) & self._is_allowed(start), self.root[-1], 0.0)
+
+    def _is_allowed(self, start: int) -> Mask:
+        return np.asarray(np.arange(self.root.shape[1]) >= start)
+
+
+def rule_roots(white: Innovations, possible: Sequence[Rule]) -> tuple[RuleRoots, ...]:
+    """Signed roots of some rules; the innovations' response to a pattern is found once for all rules that share it."""
+    patterns = {rule.pattern for rule in possible}
+    found = {pattern: response(white, pattern(white.raw.size)) for pattern in patterns}
+    return tuple(RuleRoots(rule, *roots_of_response(white, found[rule.pattern], rule.sign)) for rule in possible)
+
+
 def rule_statistics(white: Innovations, rule: Rule, start: int) -> Matrix:
     """(n, onsets) statistic of a rule, by the latest event and the onset; 0 where too few events support the change.
 
@@ -82,15 +111,4 @@ def rule_statistics(white: Innovations, rule: Rule, start: int) -> Matrix:
         rule: the rule.
         start: earliest onset that is allowed.
     """
-    root, supporting = signed_roots(white, rule.pattern(white.raw.size), rule.sign)
-    return np.where((supporting >= rule.supporting) & _is_allowed(white.raw.size, start), root, 0.0)
-
-
-def pending_statistics(white: Innovations, rule: Rule, start: int) -> Vector:
-    """(onsets,) statistic of a rule at the latest event, where one event at least supports the change."""
-    root, supporting = signed_roots(white, rule.pattern(white.raw.size), rule.sign)
-    return np.where((supporting[-1] >= 1) & _is_allowed(white.raw.size, start), root[-1], 0.0)
-
-
-def _is_allowed(count: int, start: int) -> Mask:
-    return np.asarray(np.arange(count) >= start)
+    return rule_roots(white, (rule,))[0].statistics(start)

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from math import isfinite
+from typing import Self, overload
 
 import numpy as np
 
@@ -46,6 +47,71 @@ class Measurement:
             raise RecordError(f"the time {self.time} of event {self.event} has no time zone; add one")
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasurementColumns(Sequence[Measurement]):
+    """n measurements as columns. Years of cycles are read so, because as many objects take ten times as long."""
+
+    event: Indices
+    """(n,) identifier of the event."""
+    time: Vector
+    """(n,) s since 1970-01-01 UTC."""
+    value: Vector
+    """(n,) SI units."""
+    std: Vector
+    """(n,) standard deviation of the value."""
+    amplitude: Vector
+    """(n,) NaN where the quantity has none."""
+    temperature: Vector
+    """(n,) °C, NaN where it was not measured."""
+
+    @classmethod
+    def of(cls, measurements: Sequence[Measurement]) -> Self:
+        """The columns of some measurements."""
+
+        def column(name: str) -> Vector:
+            return np.array([getattr(one, name) for one in measurements], dtype=float)
+
+        return cls(
+            event=np.array([one.event for one in measurements], dtype=np.intp),
+            time=np.array([one.time.timestamp() for one in measurements], dtype=float),
+            value=column("value"),
+            std=column("std"),
+            amplitude=column("amplitude"),
+            temperature=column("temperature"),
+        )
+
+    def subset(self, which: Mask | Indices) -> Self:
+        """The measurements selected by a mask or by indices."""
+        return type(self)(
+            self.event[which],
+            self.time[which],
+            self.value[which],
+            self.std[which],
+            self.amplitude[which],
+            self.temperature[which],
+        )
+
+    def __len__(self) -> int:
+        return int(self.event.size)
+
+    @overload
+    def __getitem__(self, place: int) -> Measurement: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Measurement, ...]: ...
+    def __getitem__(self, place: int | slice) -> Measurement | tuple[Measurement, ...]:
+        if isinstance(place, slice):
+            return tuple(self[n] for n in range(*place.indices(len(self))))
+        amplitude, temperature = float(self.amplitude[place]), float(self.temperature[place])
+        return Measurement(
+            event=int(self.event[place]),
+            time=datetime.fromtimestamp(float(self.time[place]), UTC),
+            value=float(self.value[place]),
+            std=float(self.std[place]),
+            amplitude=None if np.isnan(amplitude) else amplitude,
+            temperature=None if np.isnan(temperature) else temperature,
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class Series:
     """Measurements of one quantity of one direction, mode or channel."""
@@ -54,8 +120,8 @@ class Series:
     """Key of `core.drift.quantities.QUANTITIES`."""
     subject: str
     """Direction, mode or channel that was measured."""
-    measurements: tuple[Measurement, ...]
-    """In any order; duplicates count once."""
+    measurements: Sequence[Measurement]
+    """In any order; duplicates count once. Years of cycles are MeasurementColumns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,34 +178,49 @@ def series_arrays(series: Series) -> tuple[SeriesArrays, tuple[SeriesEvent, ...]
     Raises:
         ModelError: the quantity of the series is not monitored.
     """
-    known = quantity(series.quantity)
-    usable = [one for one in set(series.measurements) if _is_usable(one, known)]
-    events = _events(usable)
-    place = {event.event: n for n, event in enumerate(events)}
+    known, given = quantity(series.quantity), series.measurements
+    rows = given if isinstance(given, MeasurementColumns) else MeasurementColumns.of(given)
+    usable = rows.subset(_is_usable(rows, known))
+    events, place = _events(usable)
     # The values break ties of time, so that the order of arrival does not even change the rounding.
-    usable.sort(key=lambda one: (place[one.event], one.time, one.value, one.std, one.amplitude or 0.0))
-    value, std, amplitude = (
-        np.array([getattr(one, name) or 0.0 for one in usable]) for name in ("value", "std", "amplitude")
-    )
+    keys = (usable.temperature, usable.amplitude, usable.std, usable.value, usable.time, place)
+    order = np.lexsort(keys)
+    is_first = np.ones(order.size, dtype=bool)
+    is_first[1:] = np.any([~_is_same(one[order][1:], one[order][:-1]) for one in keys], axis=0)
+    kept = order[is_first]
+    own = usable.subset(kept)
     arrays = SeriesArrays(
-        event=np.array([place[one.event] for one in usable], dtype=np.intp),
-        time=np.array([one.time.timestamp() for one in usable]),
-        value=np.log(value) if known.is_logarithmic else value,
-        variance=(std / value) ** 2 if known.is_logarithmic else std**2,
-        amplitude=np.log(amplitude) if known.follows_amplitude else np.zeros(len(usable)),
-        temperature=np.array([np.nan if one.temperature is None else one.temperature for one in usable]),
+        event=place[kept],
+        time=own.time,
+        value=np.log(own.value) if known.is_logarithmic else own.value,
+        variance=(own.std / own.value) ** 2 if known.is_logarithmic else own.std**2,
+        amplitude=np.log(own.amplitude) if known.follows_amplitude else np.zeros(kept.size),
+        temperature=own.temperature,
     )
     return arrays, events
 
 
-def _events(measurements: Sequence[Measurement]) -> tuple[SeriesEvent, ...]:
-    first: dict[int, datetime] = {}
-    for one in measurements:
-        first[one.event] = min(one.time, first.get(one.event, one.time))
-    return tuple(SeriesEvent(event, time) for event, time in sorted(first.items(), key=lambda pair: (pair[1], pair[0])))
+def _events(rows: MeasurementColumns) -> tuple[tuple[SeriesEvent, ...], Indices]:
+    """The events in order of time, and (n,) the index of each measurement's event."""
+    numbers, own = np.unique(rows.event, return_inverse=True)
+    first = np.full(numbers.size, np.inf)
+    np.minimum.at(first, own, rows.time)
+    order = np.lexsort((numbers, first))
+    place = np.empty(numbers.size, dtype=np.intp)
+    place[order] = np.arange(numbers.size)
+    times = (datetime.fromtimestamp(time, UTC) for time in first[order].tolist())
+    return tuple(SeriesEvent(*one) for one in zip(numbers[order].tolist(), times, strict=True)), place[own]
 
 
-def _is_usable(one: Measurement, known: Quantity) -> bool:
-    if known.follows_amplitude and not (one.amplitude is not None and one.amplitude > 0):
-        return False
-    return not known.is_logarithmic or (one.value > 0 and one.std < LARGEST_RELATIVE_STD * one.value)
+def _is_usable(rows: MeasurementColumns, known: Quantity) -> Mask:
+    usable = np.ones(len(rows), dtype=bool)
+    if known.follows_amplitude:
+        usable &= rows.amplitude > 0  # false for NaN
+    if known.is_logarithmic:
+        usable &= (rows.value > 0) & (rows.std < LARGEST_RELATIVE_STD * rows.value)
+    return usable
+
+
+def _is_same(one: Vector | Indices, other: Vector | Indices) -> Mask:
+    """(n,) whether the numbers are the same, or both missing."""
+    return np.asarray((one == other) | (np.isnan(one) & np.isnan(other)))

@@ -53,6 +53,20 @@ class Contrast:
     """Natural logarithm of the largest amplitude over that of the reference; 0 if it is not larger."""
 
 
+@dataclass(frozen=True, slots=True)
+class UsualChange:
+    """Mean change within healthy events, and what a loss has to exceed."""
+
+    size: float
+    """Natural logarithm."""
+    variance: float
+    """Variance of a healthy event's change about it, without that of its measurement."""
+    threshold: float
+    """Standard deviations that a loss is significant with."""
+    half: float
+    """Standard deviations of half of the 95 % interval."""
+
+
 def alarms_within(
     known: Quantity,
     baseline: Baseline,
@@ -69,15 +83,16 @@ def alarms_within(
         events: its events.
         tested: indices of the events to test.
     """
-    if not known.follows_amplitude or known.harm != "less":
+    if not known.follows_amplitude or known.harm != "less" or not tested:
         return ()
     every = contrasts(arrays, len(events), baseline)
     reference = set(baseline.events)
     healthy = [one for one, when in zip(every, events, strict=True) if one is not None and when.event in reference]
+    usual = usual_change(healthy, known.scatter)
     raised = []
     for n in tested:
         one = every[n]
-        lost = None if one is None else damage(one, healthy, known.scatter)
+        lost = None if one is None else damage(one, usual)
         if lost is not None:
             raised.append(_alarm(lost, events[n], baseline))
     return tuple(raised)
@@ -104,11 +119,10 @@ def contrasts(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Cont
     return every
 
 
-def damage(contrast: Contrast, healthy: list[Contrast], typical: float) -> ChangeSize | None:
-    """The loss within an event; None unless it is significant.
+def usual_change(healthy: Sequence[Contrast], typical: float) -> UsualChange:
+    """The change within healthy events.
 
     Args:
-        contrast: contrast of the event.
         healthy: contrasts of the events of the reference.
         typical: typical standard deviation of the quantity between events.
     """
@@ -119,14 +133,23 @@ def damage(contrast: Contrast, healthy: list[Contrast], typical: float) -> Chang
     scatter = (PRIOR_EVENTS * typical**2 + float(np.maximum(beyond, 0.0).sum())) / (PRIOR_EVENTS + len(healthy))
     weight = 1 / (variances + scatter)
     of_mean = 1 / (float(weight.sum()) + USUAL_STD**-2)
-    usual = of_mean * float(weight @ values)
     freedom = PRIOR_EVENTS + len(healthy)
-    std = np.sqrt(contrast.variance + scatter + of_mean + (SOFTENING_STD * contrast.excess) ** 2)
-    size = contrast.value - usual
-    if size > -std * scipy.stats.t.isf(WITHIN_RATE / HUNDRED, freedom):
+    return UsualChange(
+        size=of_mean * float(weight @ values),
+        variance=scatter + of_mean,
+        threshold=float(scipy.stats.t.isf(WITHIN_RATE / HUNDRED, freedom)),
+        half=float(scipy.stats.t.isf((1 - LEVEL) / 2, freedom)),
+    )
+
+
+def damage(contrast: Contrast, usual: UsualChange) -> ChangeSize | None:
+    """The loss within an event; None unless it is significant."""
+    std = float(np.sqrt(contrast.variance + usual.variance + (SOFTENING_STD * contrast.excess) ** 2))
+    size = contrast.value - usual.size
+    if size > -std * usual.threshold:
         return None
-    half = float(std * scipy.stats.t.isf((1 - LEVEL) / 2, freedom))
-    return ChangeSize(size, float(std), size - half, size + half)
+    half = std * usual.half
+    return ChangeSize(size, std, size - half, size + half)
 
 
 def _parts(arrays: SeriesArrays, rows: Indices, largest: int, baseline: Baseline) -> tuple[Indices, Indices]:

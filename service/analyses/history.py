@@ -36,15 +36,27 @@ def analysed_since(session: Session, building_id: int, since: datetime) -> int:
     return session.scalar(select(func.count()).select_from(query)) or 0
 
 
+def directions(session: Session, building_id: int, event: int | None = None) -> Sequence[Line]:
+    """Every direction of every event, or of one, the earliest event first; `result` is its number."""
+    query = _directions(building_id).add_columns(
+        DirectionResult.id.label("result"), DirectionResult.start.label("record_start")
+    )
+    query = query if event is None else query.where(Event.id == event)
+    return session.execute(query.order_by(Event.start, Event.id, DirectionResult.id)).all()
+
+
 def all_cycles(session: Session, building_id: int, event: int | None = None) -> Sequence[Line]:
-    """Every cycle of every event, or of one, the earliest first."""
+    """Numbers of every cycle of every event, or of one, in any order; `result` is the number of its direction."""
     names = ("start", "end", "amplitude", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
-    columns = [CycleResult.__table__.c[name] for name in names]
-    query = _directions(building_id).add_columns(DirectionResult.start.label("record_start"), *columns)
-    joined = query.join(CycleResult, CycleResult.result_id == DirectionResult.id)
-    if event is not None:
-        joined = joined.where(Event.id == event)
-    return session.execute(joined.order_by(Event.start, Event.id, CycleResult.id)).all()
+    columns = [CycleResult.__table__.c[name] for name in ("result_id", "id", *names)]
+    query = (
+        select(*columns)
+        .join(DirectionResult, DirectionResult.id == CycleResult.result_id)
+        .join(Analysis, (Analysis.id == DirectionResult.analysis_id) & Analysis.current)
+        .join(Event, Event.id == Analysis.event_id)
+        .where(Event.building_id == building_id)
+    )
+    return session.execute(query if event is None else query.where(Event.id == event)).all()
 
 
 def residuals(session: Session, building_id: int) -> Sequence[Line]:

@@ -46,6 +46,7 @@ def written(baseline: Baseline) -> dict[str, Any]:
         "covariance": baseline.covariance.tolist(),
         "scatter": asdict(baseline.scatter),
         "wanted": baseline.events_needed,
+        "inputs": baseline.inputs,
     }
 
 
@@ -61,6 +62,7 @@ def read(document: Mapping[str, Any]) -> Baseline:
         covariance=np.array(document["covariance"]),
         scatter=Scatter(**document["scatter"]),
         events_needed=document["wanted"],
+        inputs=document.get("inputs", ""),  # of rows from before it was stored
     )
 
 

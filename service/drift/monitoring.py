@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session, selectinload
 
 from core.drift.ageing import Ageing, ageing_of
 from core.drift.alarms import Alarm
+from core.drift.baseline import Baseline
 from core.drift.deviations import EventNotes, EventValue
 from core.drift.from_analyses import channels_of, sensor_notes
 from core.drift.monitor import Monitoring, Reference, monitor
@@ -25,7 +26,7 @@ from service.buildings.reference_periods import in_force, reference
 from service.buildings.store import described
 from service.buildings.tables import Building
 from service.drift.alert_candidates import drift_candidates, limit_candidates
-from service.drift.baseline import written
+from service.drift.baseline import read, written
 from service.drift.series import monitored_series
 from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs.queue import WATCH, Claim
@@ -48,6 +49,8 @@ class SeriesInputs:
     """Channels that measure it."""
     ageing: Ageing | None = None
     """Hardening of the building's rubber; None where it is not known."""
+    earlier: Baseline | None = None
+    """As this version of the code fitted it last; None if it did not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +75,7 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> MonitoringInpu
     noted = {row.event: [Finding(**one) for one in row.quality] for row in events}
     periods = history.reference_periods(session, building.id)
     ageing = ageing_of(file.description.isolation.rubber, file.description.isolation.installed)
+    fitted = _fitted(session, building.id)
     series_inputs = [
         _series_inputs(
             series,
@@ -79,6 +83,7 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> MonitoringInpu
             noted,
             in_force(periods, series.quantity, series.subject),
             ageing,
+            fitted.get((series.quantity, series.subject)),
         )
         for series in monitored_series(session, building.id)
     ]
@@ -98,7 +103,7 @@ def stages(inputs: MonitoringInputs) -> Sequence[Stage]:
 
 def monitored(series_inputs: Sequence[SeriesInputs]) -> tuple[tuple[SeriesInputs, Monitoring], ...]:
     """Baseline, values and alarms of each series, then of the mean of both directions of the layer."""
-    own = [(one, monitor(one.series, one.reference, one.notes, one.ageing)) for one in series_inputs]
+    own = [(one, monitor(one.series, one.reference, one.notes, one.ageing, one.earlier)) for one in series_inputs]
     return (*own, *_pooled(own))
 
 
@@ -208,9 +213,18 @@ def _series_inputs(
     findings: Mapping[int, Sequence[Finding]],
     period: ReferencePeriod | None,
     ageing: Ageing | None,
+    earlier: Baseline | None,
 ) -> SeriesInputs:
     notes = sensor_notes(findings, channels)
-    return SeriesInputs(series, reference(period), notes, None if period is None else period.id, channels, ageing)
+    period_id = None if period is None else period.id
+    return SeriesInputs(series, reference(period), notes, period_id, channels, ageing, earlier)
+
+
+def _fitted(session: Session, building_id: int) -> Mapping[tuple[str, str], Baseline]:
+    """Baselines that this version of the code fitted, by quantity and subject."""
+    query = select(MonitoredSeries.quantity, MonitoredSeries.subject, MonitoredSeries.baseline)
+    rows = session.execute(query.where(MonitoredSeries.building_id == building_id, MonitoredSeries.version == VERSION))
+    return {(row.quantity, row.subject): read(row.baseline) for row in rows if row.baseline is not None}
 
 
 def _pooled(own: Sequence[tuple[SeriesInputs, Monitoring]]) -> Iterator[tuple[SeriesInputs, Monitoring]]:

@@ -6,10 +6,10 @@ analysed makes no difference.
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import datetime
-from functools import partial
 from itertools import chain
 from types import MappingProxyType
 
+import numpy as np
 from sqlalchemy.orm import Session
 
 from core.comparison.misfit import Misfit
@@ -18,14 +18,12 @@ from core.drift.from_analyses import (
     IdentifiedMode,
     Named,
     measurement,
-    measurements_of_cycle,
     measurements_of_modes,
     measurements_of_sensor,
     series_of,
 )
 from core.drift.quantities import QUANTITIES, SENSOR_QUANTITIES
-from core.drift.series import Series
-from core.isolation_layer.equivalent import EquivalentSegment
+from core.drift.series import MeasurementColumns, Series
 from core.sensors.sensor_errors import SensorHealth
 from service.analyses import history, mode_tracks
 from service.analyses.mode_tracks import DIRECTIONS
@@ -54,26 +52,40 @@ def monitored_series(
         event: number of the event whose cycles are enough; the other quantities are of all events even so.
     """
     temperatures = dict(history.temperatures(session, building_id))
-    readers: dict[Reader, frozenset[str]] = {**READERS, partial(_cycles, only=event): CYCLE_QUANTITIES}
     named = chain.from_iterable(
         read(session, building_id, temperatures)
-        for read, provided in readers.items()
+        for read, provided in READERS.items()
         if not provided.isdisjoint(quantities)
     )
-    return tuple(one for one in series_of(named) if one.quantity in quantities)
+    found = list(series_of(named))
+    if not CYCLE_QUANTITIES.isdisjoint(quantities):
+        found += _cycles(session, building_id, temperatures, event)
+    ordered = sorted(found, key=lambda one: (one.quantity, one.subject))
+    return tuple(one for one in ordered if one.quantity in quantities)
 
 
 def _event(number: int, start: datetime, temperatures: Temperatures) -> AnalysedEvent:
     return AnalysedEvent(number, start, temperatures.get(number))
 
 
-def _cycles(session: Session, building_id: int, temperatures: Temperatures, only: int | None) -> Iterator[Named]:
-    for row in history.all_cycles(session, building_id, only):
-        cycle = EquivalentSegment(
-            row.start, row.end, row.amplitude, None, row.k_eq, row.k_eq_std, row.c_eq, row.c_eq_std
-        )
-        event = _event(row.event, row.event_start, temperatures)
-        yield from measurements_of_cycle(event, row.direction, row.record_start, cycle)
+def _cycles(session: Session, building_id: int, temperatures: Temperatures, only: int | None) -> Iterator[Series]:
+    """Stiffness and damping of the layer in each direction: of every cycle, at its middle and its amplitude."""
+    results, rows = history.directions(session, building_id, only), history.all_cycles(session, building_id, only)
+    if not rows:
+        return
+    result, number, start, end, amplitude, k_eq, k_eq_std, c_eq, c_eq_std = map(np.array, zip(*rows, strict=True))
+    numbers = np.array([one.result for one in results])
+    by_number = np.argsort(numbers)
+    place = by_number[np.searchsorted(numbers, result, sorter=by_number)]
+    event, direction = (np.array([getattr(one, name) for one in results])[place] for name in ("event", "direction"))
+    time = np.array([one.record_start.timestamp() for one in results])[place] + (start + end) / 2
+    temperature = np.array([temperatures.get(one.event, np.nan) for one in results])[place]
+    order = np.lexsort((number, place))
+    for quantity, value, std in (("stiffness", k_eq, k_eq_std), ("damping", c_eq, c_eq_std)):
+        known = order[np.isfinite(value[order]) & np.isfinite(std[order])]
+        columns = MeasurementColumns(event, np.round(time, 6), value, std, amplitude, temperature)
+        for subject in sorted(set(direction[known].tolist())):
+            yield Series(quantity, subject, columns.subset(known[direction[known] == subject]))
 
 
 def _residuals(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:

@@ -165,6 +165,33 @@ def test_the_order_of_arrival_and_repetition_change_nothing() -> None:
         assert one.alarms == other.alarms
 
 
+def test_a_baseline_that_is_known_is_not_fitted_again_and_changes_no_result() -> None:
+    lived = history(QUIET, 24)
+    whole = series(lived, sudden_loss(lived, 50, 0.08))
+    earlier: Monitoring | None = None
+    for events in (22, 23, 30, 45, 55, 80):
+        known = series_until(whole, events)
+        anew = monitor(known)
+        again = monitor(known, earlier=None if earlier is None else earlier.baseline)
+        assert (again.values, again.alarms) == (anew.values, anew.alarms)
+        if earlier is not None and earlier.baseline is not None and not earlier.events_needed:
+            assert again.baseline is earlier.baseline
+        earlier = again
+    assert earlier is not None
+    assert earlier.baseline is not None
+    assert earlier.alarms
+    first = replace(whole.measurements[0], value=1.001 * whole.measurements[0].value)
+    others = {
+        "a measurement": monitor(
+            replace(whole, measurements=(first, *whole.measurements[1:])), earlier=earlier.baseline
+        ),
+        "the reference": monitor(
+            whole, Reference(end=whole.measurements[-1].time - timedelta(days=1)), earlier=earlier.baseline
+        ),
+    }
+    assert [name for name, one in others.items() if one.baseline is earlier.baseline] == []
+
+
 @pytest.mark.parametrize(("of_value", "of_amplitude"), [(1e3, 1.0), (1.0, 1e-2), (1e-6, 1e3)])
 def test_units_change_nothing(of_value: float, of_amplitude: float) -> None:
     lived = history(Plan(events=60), 6)

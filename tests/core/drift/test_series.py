@@ -1,10 +1,11 @@
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 
 from core.drift.quantities import QUANTITIES, quantity
-from core.drift.series import Measurement, Series, series_arrays
+from core.drift.series import Measurement, MeasurementColumns, Series, series_arrays
 from core.errors import ModelError, RecordError
 
 NOW = datetime(2020, 5, 1, tzinfo=UTC)
@@ -40,6 +41,21 @@ def test_events_come_in_order_of_time() -> None:
     )
     assert [one.event for one in dated] == [3, 5, 7]
     assert arrays.event.tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("quantity", ["stiffness", "gain"])
+def test_columns_are_the_measurements_in_any_order_and_count_once(quantity: str) -> None:
+    given = [measurement(1e8 + n % 5, 1e6, None if n % 4 == 0 else 0.01 * n, n // 3) for n in range(30)]
+    given = [replace(one, temperature=None) if one.event % 2 else one for one in given]
+    columns = MeasurementColumns.of([*given[::-1], *given[:7]])
+    assert tuple(columns)[::-1][7:] == tuple(given)
+    assert columns[:2] == (given[-1], given[-2])
+    arrays, dated = series_arrays(Series(quantity, "x", columns))
+    others, others_dated = series_arrays(Series(quantity, "x", tuple(given)))
+    assert dated == others_dated
+    for name in ("event", "time", "value", "variance", "amplitude", "temperature"):
+        np.testing.assert_array_equal(getattr(arrays, name), getattr(others, name))
+    assert arrays.value.size == len([one for one in given if quantity == "gain" or one.amplitude is not None])
 
 
 def test_a_residual_displacement_may_be_negative() -> None:

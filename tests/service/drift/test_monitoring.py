@@ -75,7 +75,7 @@ def test_stored_analyses_give_the_series_that_a_notebook_gets(sessions: sessionm
     assert [(one.quantity, one.subject) for one in stored] == list(made)
     for one in stored:
         own = made[one.quantity, one.subject].measurements
-        assert one.measurements == tuple(replace(measured, event=numbers[measured.event]) for measured in own)
+        assert tuple(one.measurements) == tuple(replace(measured, event=numbers[measured.event]) for measured in own)
 
 
 def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionmaker[Session], building: int) -> None:
