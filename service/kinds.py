@@ -7,12 +7,24 @@ from types import MappingProxyType
 from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
-from service.analyses import store as analysis_store
+from service.analyses import added_sensors, store as analysis_store
 from service.analyses.store import Inputs
 from service.buildings.tables import Building
 from service.drift import monitoring as drift_monitoring
 from service.jobs import queue as job_queue
-from service.jobs.queue import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, IMPROVE, SKETCH, WATCH, Claim
+from service.jobs.queue import (
+    ANALYSE,
+    COMPARE,
+    DIAGNOSE,
+    EXTEND,
+    FIT,
+    FORECAST,
+    IMPROVE,
+    SENSORS,
+    SKETCH,
+    WATCH,
+    Claim,
+)
 from service.jobs.stages import Kind, Stage
 from service.jobs.tables import Job
 from service.models import comparing, forecast_jobs, jobs as model_jobs, store as model_store
@@ -63,6 +75,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         DIAGNOSE: knowing(Kind(diagnosis_inputs, model_jobs.diagnosis_stages, model_jobs.store_diagnosis)),
         SKETCH: knowing(Kind(work_inputs, model_jobs.sketch_stages, model_jobs.store_sketch)),
         FORECAST: knowing(Kind(forecast_jobs.inputs, forecast_jobs.stages, forecast_jobs.store)),
+        SENSORS: Kind(added_sensors.inputs, added_sensors.stages, added_sensors.store),
         WATCH: Kind(drift_monitoring.inputs, drift_monitoring.stages, drift_monitoring.store),
     }
 )

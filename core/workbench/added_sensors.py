@@ -65,9 +65,14 @@ class AddedSensors:
     remarks: tuple[str, ...]
     """Records that could not be used, with the reason."""
 
+    @property
+    def text(self) -> tuple[str, ...]:
+        """Sentences: the force today and with the best new sensor, by direction, and what is assumed."""
+        return (*_sentences(self), ASSUMED)
+
     def __str__(self) -> str:
         tables = [_table(self, one) for one in self.today]
-        return report(f"{self.building}: one more accelerometer", [*_sentences(self), ASSUMED], *tables, self.remarks)
+        return report(f"{self.building}: one more accelerometer", self.text, *tables, self.remarks)
 
 
 def added_sensors(
@@ -161,14 +166,13 @@ def _sentences(result: AddedSensors) -> list[str]:
     said = []
     for one in result.today:
         best = next((sensor for sensor in result.sensors if sensor.direction == one.direction), None)
-        records = "1 record" if one.records == 1 else f"{one.records} records"
-        start = (
-            f"Direction {one.direction}, by {records}: the force has a standard deviation of {_kilonewtons(one.force)}"
-        )
+        records = f"{one.records} record" if one.records == 1 else f"{one.records} records"
+        force = f"the force has a standard deviation of {_kilonewtons(one.force)}"
+        said.append(f"Direction {one.direction}, by {records}: {force}.")
         if best is None:
-            said.append(f"{start}, and every level has an accelerometer.")
+            said.append("Every level has an accelerometer.")
         else:
-            said.append(f"{start}; one more accelerometer at {best.level} would make it {_kilonewtons(best.force)}.")
+            said.append(f"One more accelerometer at {best.level} would make it {_kilonewtons(best.force)}.")
     return said
 
 

@@ -2,17 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Annotated
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter, Body, Depends, Response
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.analyses import history, mode_tracks
+from service.access.auth import Caller, engineer
+from service.analyses import added_sensors, history, mode_tracks
 from service.analyses.mode_tracks import Sighting, TrackedMode
 from service.analyses.schema import Events
 from service.analyses.series_schema import Cycles, Modes, SightingOut, TrackOut, Tracks
 from service.buildings import queries
-from service.buildings.schema import BuildingOut, Buildings, ChannelOut, ContactOut, LevelOut
+from service.buildings.schema import AddedSensorsRequest, BuildingOut, Buildings, ChannelOut, ContactOut, LevelOut
 from service.buildings.store import described
 from service.db.select import Line
 from service.http.paging import (
@@ -27,11 +29,15 @@ from service.http.paging import (
     place,
     rows_of,
 )
-from service.http.parameters import AnyDirection, Code, EventSpan, MinimumPga, Reading
+from service.http.parameters import AnyDirection, Code, EventSpan, MinimumPga, Reading, Writing
+from service.http.problems import openapi_responses
 from service.http.responses import TaggedRoute, responses, table_responses
+from service.jobs.schema import JobOut
 from service.records import queries as record_queries
 from service.verdict import reading
 from service.verdict.schema import VerdictOut, verdict_out
+
+LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 
 router = APIRouter(prefix="/buildings", tags=["buildings"], route_class=TaggedRoute)
 
@@ -171,3 +177,29 @@ def _sighting(sighting: Sighting) -> SightingOut:
         shape_std=None if mode.shape_std is None else dict(zip(sighting.levels, mode.shape_std.tolist(), strict=True)),
         misfit=mode.misfit,
     )
+
+
+@router.post(
+    "/{code}/added-sensors",
+    operation_id="compare_added_sensors",
+    status_code=202,
+    response_model=JobOut,
+    responses=openapi_responses(400, 401, 403, 404, 409, 422, 429) | {202: {"headers": {"Location": LOCATION}}},
+)
+def compare_added_sensors(
+    code: Code,
+    sessions: Writing,
+    response: Response,
+    by: Annotated[Caller, Depends(engineer)],
+    wanted: Annotated[AddedSensorsRequest, Body(description="Events; {} for the ten strongest.")],
+) -> JobOut:
+    """Compute by how much one more accelerometer at each level would narrow the force and the modes.
+
+    From the building's own records. The job's `result` has the `sensors`: standard deviations of the force and of the
+    modes today, and with one more accelerometer at each level that has none, that which narrows the force most first.
+    """
+    with sessions.begin() as session:
+        job = added_sensors.request(session, code, wanted.events, by.name, datetime.now(UTC))
+        answer = JobOut.model_validate(job)
+    response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
+    return answer

@@ -2,9 +2,10 @@
 
 from datetime import datetime
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from core.record import Direction, Quantity
+from service.models.schema import Numbers
 from service.schema import Answer, Number, Page
 from service.verdict.schema import VerdictOut
 
@@ -43,6 +44,16 @@ class ChannelOut(Answer):
         description="m, x and y of the sensor from its level's centre of mass; null where not given."
     )
     rotation: Number = Field(description="rad, by which its axes are turned against the building's, from x towards y.")
+
+
+class AddedSensorsRequest(BaseModel):
+    """Earthquakes from whose records the gain of one more sensor is computed."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    events: Numbers | None = Field(
+        None, description="Numbers of analysed events; without them the ten strongest.", examples=[[1, 2]]
+    )
 
 
 class ContactOut(Answer):

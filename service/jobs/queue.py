@@ -16,8 +16,8 @@ from service.models.tables import ModelVersion
 from service.records.tables import Event
 
 ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
-FORECAST, SKETCH, IMPROVE = "forecast", "sketch", "improve"
-"""Kinds of jobs: the first for an event, the last for a building, the others for a model."""
+FORECAST, SKETCH, IMPROVE, SENSORS = "forecast", "sketch", "improve", "sensors"
+"""Kinds of jobs: ANALYSE for an event, WATCH and SENSORS for a building, the others for a model."""
 UNDER_WAY = ("waiting", "running")
 """States of a job that has not ended."""
 MOST_REQUESTED = 100
@@ -92,6 +92,17 @@ def enqueue_monitoring(session: Session, building_id: int, asked_by: str | None,
         now: aware time.
     """
     return _queued(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
+
+
+def enqueue_sensors(
+    session: Session, building_id: int, arguments: Mapping[str, Any], asked_by: str, now: datetime
+) -> Job:
+    """Queue the search for the best place of one more sensor; an equal waiting job is used instead.
+
+    Args: as of `enqueue_work`.
+    """
+    job = Job(kind=SENSORS, building_id=building_id, arguments=dict(arguments), asked_by=asked_by, created_at=now)
+    return _queued(session, job)
 
 
 def is_monitoring_pending(session: Session, building_id: int) -> bool:

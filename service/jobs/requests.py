@@ -47,8 +47,8 @@ def cancel_for(session: Session, job_id: int, by: Caller, now: datetime) -> Job:
         ConflictError: it has ended, or Menshin queued it itself.
     """
     requested = job(session, job_id)
-    if (subject := requested.event or requested.model) is not None:
-        by = by.on(subject.building.code)
+    of_building = requested.building or next(one.building for one in (requested.event, requested.model) if one)
+    by = by.on(of_building.code)
     if requested.asked_by is not None and not may_cancel(requested, by):
         raise ForbiddenError(f"Job {job_id} was requested by {requested.asked_by!r}; only they or an admin cancel it.")
     cancel(session, requested, now)

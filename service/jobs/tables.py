@@ -6,6 +6,7 @@ from typing import Any
 from sqlalchemy import ForeignKey, Index, Text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
+from service.buildings.tables import Building
 from service.db.base import Base
 from service.models.tables import ModelVersion
 from service.records.tables import Event
@@ -43,6 +44,7 @@ class Job(Base):
     finished_at: Mapped[datetime | None] = mapped_column(index=True)
     event: Mapped[Event | None] = relationship()
     model: Mapped[ModelVersion | None] = relationship()
+    building: Mapped[Building | None] = relationship()
 
 
 class Lease(Base):

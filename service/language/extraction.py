@@ -38,6 +38,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "core/estimators/*.py",
         "core/estimators/frame/*.py",
         "core/isolation_layer/*.py",
+        "service/analyses/added_sensors.py",
         "service/analyses/api/events.py",
         "service/analyses/pages.py",
         "service/analyses/schema.py",
@@ -52,6 +53,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/buildings/recipients.py",
         "service/buildings/reference_periods.py",
         "service/http/templates/building*.html",
+        "service/http/templates/sensors.html",
         "service/http/templates/home.html",
     ),
     "http": (

@@ -2,8 +2,10 @@
 
 from fastapi import APIRouter
 
-from service.buildings.pages import building, home
+from service.buildings.pages import building, home, sensors
 
 router = APIRouter()
 router.include_router(home.router)
 router.include_router(building.router)
+router.include_router(sensors.router)
+router.include_router(sensors.charts, include_in_schema=False)

@@ -15,6 +15,7 @@ from service.alerts import inspections, queries as alert_queries
 from service.alerts.api import By
 from service.alerts.operator_actions import person_name
 from service.alerts.schema import BuildingInspectionForm
+from service.analyses import added_sensors
 from service.analyses.pages import MODES, View, viewed
 from service.buildings import queries
 from service.buildings.pages.section import section
@@ -44,13 +45,13 @@ Inspecting = Annotated[Posted[BuildingInspectionForm], Depends(posted(BuildingIn
 @router.get("/buildings/{code}")
 def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
     """A building: verdict, what to do, whom to call, and its last earthquake."""
-    return _shown(request, code, sessions, by)
+    return shown_building(request, code, sessions, by)
 
 
-def _shown(
+def shown_building(
     request: Request, code: str, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
 ) -> Response:
-    """The page, with the form of an inspection if it was refused."""
+    """The page, with the form that was refused, if one was."""
     with sessions() as session:
         building, _ = queries.building(session, code)
         (standing,) = reading.standings(session, select(literal(building.id)))
@@ -60,6 +61,7 @@ def _shown(
             refused.status,
             refused=refused,
             may_inspect=by.on(code).role >= Role.engineer,
+            new_sensors=added_sensors.latest(session, building.id),
             results=texts.RESULTS,
             zone=standing.file.timezone,
             signed=inspections.inspections(session, building.id),
@@ -89,7 +91,7 @@ def inspect(request: Request, code: Code, sessions: Writing, by: By, form: Inspe
             inspections.record(session, building, who, wanted.result, wanted.comment, at.astimezone(UTC), age, now)
         return RedirectResponse(f"/buildings/{code}", 303)
 
-    return answered("inspection", form, act, lambda refused: _shown(request, code, sessions, by, refused))
+    return answered("inspection", form, act, lambda refused: shown_building(request, code, sessions, by, refused))
 
 
 def _tomorrow() -> datetime:

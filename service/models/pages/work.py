@@ -17,7 +17,7 @@ from service.http.forms import Posted, Wanted, answered, posted, refused
 from service.http.parameters import JobId, ModelId, Reading, Writing
 from service.http.rendering import page
 from service.jobs import requests as job_requests
-from service.jobs.queue import UNDER_WAY
+from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.requests import cancel_for, may_cancel
 from service.jobs.tables import Job
 from service.models import queries, requests, store
@@ -88,17 +88,18 @@ def of_job(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Re
     """Progress of work on a model or an earthquake; once it is done, the page of its result."""
     with sessions() as session:
         job = job_requests.job(session, job_id)
-        if job.model_id is None and job.event_id is None:
-            raise NotFoundError("job on a model or an earthquake", job_id)
+        if job.kind == WATCH:
+            raise NotFoundError("job that people request", job_id)
         if job.state == "done" and job.refusal is None:
             return RedirectResponse(_result_page(job), 303)
         model = None if job.model_id is None else queries.version(session, job.model_id)
         event = None if job.event_id is None else record_queries.event(session, job.event_id)
-        building = next(one.building for one in (model, event) if one is not None)
+        building = job.building or next(one.building for one in (model, event) if one is not None)
         return page(
             request,
             "job",
             job=job,
+            building=building,
             zone=zone(session, building),
             model=model,
             event=event,
@@ -109,6 +110,8 @@ def of_job(request: Request, job_id: JobId, sessions: Reading, by: Reader) -> Re
 
 def _result_page(job: Job) -> str:
     result = job.result or {}
+    if "sensors" in result:
+        return f"/sensors/{job.id}"
     if job.model_id is None:
         return f"/events/{job.event_id}"
     if "forecast" in result:
@@ -125,7 +128,7 @@ def cancel(request: Request, job_id: JobId, sessions: Writing, by: By) -> Respon
     """Cancel a job, and show what it worked on."""
     with sessions() as session:
         job = job_requests.job(session, job_id)
-        model_id, event_id = job.model_id, job.event_id
+        model_id, event_id, building = job.model_id, job.event_id, job.building and job.building.code
     try:
         with sessions.begin() as session:
             cancel_for(session, job_id, by, datetime.now(UTC))
@@ -133,5 +136,5 @@ def cancel(request: Request, job_id: JobId, sessions: Writing, by: By) -> Respon
         if model_id is None:
             raise
         return shown_model(request, model_id, sessions, by, refused=refused("work", {}, error))
-    pages = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id)
+    pages = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id), (f"/buildings/{building}", building)
     return RedirectResponse(next((path for path, number in pages if number is not None), "/"), 303)

@@ -65,7 +65,7 @@ def test_the_force_becomes_as_narrow_as_predicted(today: EventAnalysis) -> None:
     for one in found.sensors:
         assert np.all(one.frequency_ratios < 1), "a sensor takes nothing away"
         assert np.all(one.damping_ratios < 1)
-    assert f"one more accelerometer at {found.sensors[0].level} would make it" in " ".join(str(found).split())
+    assert f"One more accelerometer at {found.sensors[0].level} would make it" in " ".join(str(found).split())
 
 
 def test_a_sensor_between_base_and_roof_tells_more_than_one_beside_the_roof() -> None:

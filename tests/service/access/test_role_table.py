@@ -140,6 +140,8 @@ GET /charts/waveforms.{form}
 GET /diagnoses/{diagnosis_id}
 GET /forecasts/{job_id}
 GET /sketches/{job_id}
+GET /sensors/{job_id}
+GET /charts/added-sensors.{form}
 GET /sketches/{job_id}/effect
 GET /docs
 GET /effects
@@ -182,6 +184,7 @@ POST /api/v1/models/{model_id}/diagnoses
 POST /api/v1/models/{model_id}/forecasts
 POST /api/v1/models/{model_id}/improvements
 POST /api/v1/models/{model_id}/sketches
+POST /api/v1/buildings/{code}/added-sensors
 POST /api/v1/kept-effects
 DELETE /api/v1/kept-effects/{name}
 POST /api/v1/models/{model_id}/effects
@@ -201,6 +204,7 @@ POST /models/{model_id}/forecast
 POST /models/{model_id}/improve
 POST /models/{model_id}/sketch
 POST /sketches/{job_id}/keep
+POST /buildings/{code}/added-sensors
 POST /effects/{name}/delete
 POST /models/{model_id}/extend
 POST /models/{model_id}/fit
@@ -313,6 +317,7 @@ QUERY = {
     "GET /charts/axial-load.{form}": "layer=1",
     "GET /charts/baseline.{form}": "building=PAPER&quantity=stiffness&subject=x",
     "GET /charts/drift.{form}": "building=PAPER&quantity=stiffness",
+    "GET /charts/added-sensors.{form}": "direction=x&job=1",
     "GET /charts/cycles.{form}": "direction=x&event=1",
     "GET /charts/effect.{form}": "name=friction",
     "GET /charts/force-parts.{form}": "result=1",
@@ -361,6 +366,8 @@ NOTHING_THERE = {
     "GET /charts/forecast-accelerations.{form}",
     "GET /charts/forecast-displacement.{form}",
     "GET /sketches/{job_id}",
+    "GET /sensors/{job_id}",
+    "GET /charts/added-sensors.{form}",
     "GET /sketches/{job_id}/effect",
     "GET /charts/sketch-force.{form}",
     "GET /charts/sketch-law.{form}",
