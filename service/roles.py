@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory, gettempdir
 from threading import Event as Signal, Thread
 from time import time
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from sqlalchemy import Text, func, make_url, not_, select, type_coerce
 from sqlalchemy.exc import OperationalError
@@ -23,6 +24,9 @@ from service.db.problems import is_away
 from service.db.sessions import sessions
 from service.notify.tables import Receiver
 from service.settings import Settings
+
+if TYPE_CHECKING:
+    from service.jobs.executors import Executors
 
 log = logging.getLogger(__name__)
 
@@ -155,9 +159,24 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
     encryption.is_key_set()
 
 
+def executors(settings: Settings) -> "Executors":
+    """The executors that the settings select.
+
+    Raises:
+        RuntimeError: Dask is not installed.
+    """
+    if settings.jobs.executor == "dask":
+        from service.jobs.cluster import dask_cluster
+
+        return dask_cluster(settings.jobs, settings.effects_folder)
+    from service.jobs.executors import local_processes
+
+    return local_processes(settings.jobs.workers, settings.effects_folder)
+
+
 def work_until_idle(opened: sessionmaker[Session], settings: Settings) -> int:
     """Do jobs until none waits; the number of jobs done."""
-    from service.jobs.executors import end, executors
+    from service.jobs.executors import end
     from service.jobs.kept import kept_by_user
     from service.jobs.worker import Worker
     from service.kinds import KINDS
@@ -193,7 +212,7 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
     from service.analyses.loading import load
-    from service.jobs.executors import end, executors, in_processes, is_warmed
+    from service.jobs.executors import end, in_processes, is_warmed
 
     started = executors(settings)
     if is_warmed(settings):  # while this process imports the following

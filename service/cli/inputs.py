@@ -34,15 +34,22 @@ def end(reason: str, code: int) -> NoReturn:
     raise typer.Exit(code) from None
 
 
-def current_settings(*, port: int | None = None, workers: int | None = None) -> "Settings":
+def current_settings(
+    *,
+    port: int | None = None,
+    workers: int | None = None,
+    executor: str | None = None,
+    dask_address: str | None = None,
+) -> "Settings":
     """The command's options, unless None, over the environment, the file and the defaults."""
     from pydantic import ValidationError
 
     from service.settings import Settings, settings_file
 
     given: dict[str, Any] = {} if port is None else {"port": port}
-    if workers is not None:
-        given["jobs"] = {"workers": workers}
+    of_jobs = {"workers": workers, "executor": executor, "dask_address": dask_address}
+    if of_jobs := {name: value for name, value in of_jobs.items() if value is not None}:
+        given["jobs"] = of_jobs
     try:
         return Settings(**given)
     except ValidationError as error:

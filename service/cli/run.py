@@ -103,11 +103,17 @@ def poll(
 def work(
     once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no job waits.")] = False,
     workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+    executor: Annotated[
+        str | None, typer.Option(help="Where they run: `local`, in processes of this machine, or `dask`, in a cluster.")
+    ] = None,
+    dask_address: Annotated[
+        str | None, typer.Option(help="Address of the cluster's scheduler, such as tcp://scheduler:8786.")
+    ] = None,
 ) -> None:
     """Analyse the waiting events."""
     from service.roles import migrated, running, stop_signal, wait_for, work_until_idle
 
-    settings = current_settings(workers=workers)
+    settings = current_settings(workers=workers, executor=executor, dask_address=dask_address)
     if once:
         with migrated(settings) as sessions:
             typer.echo(f"{work_until_idle(sessions, settings)} jobs done")

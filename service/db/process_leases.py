@@ -20,8 +20,10 @@ NOTIFYING = "notifying"
 """Lease of the one notifier that does the housekeeping."""
 
 
-def hold(session: Session, name: str, holder: str, now: datetime, duration: timedelta) -> bool:
-    """Acquire or extend a lease; False while another process has it."""
+def hold(
+    session: Session, name: str, holder: str, now: datetime, duration: timedelta, trouble: str | None = None
+) -> bool:
+    """Acquire or extend a lease, and say what keeps the holder from its work; False while another process has it."""
     dialect = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
     session.execute(
         dialect.insert(Lease).values(name=name, holder=holder, until=now + duration).on_conflict_do_nothing()
@@ -29,7 +31,7 @@ def hold(session: Session, name: str, holder: str, now: datetime, duration: time
     lease = session.get_one(Lease, name, with_for_update=True)
     if lease.holder != holder and not has_passed(lease.until, now, duration):
         return False
-    lease.holder, lease.until = holder, now + duration
+    lease.holder, lease.until, lease.trouble = holder, now + duration, trouble
     return True
 
 

@@ -42,6 +42,12 @@ def leases(session: Session) -> Counted:
     return {PROCESSES[name]: until.timestamp() for name, until in rows}
 
 
+def waiting_workers(session: Session) -> Counted:
+    """1 while the worker waits for its Dask cluster, 0 while it can compute; empty without a worker."""
+    troubles = session.scalars(select(Lease.trouble).where(Lease.name == WORKING)).all()
+    return {"": float(troubles[0] is not None)} if troubles else {}
+
+
 def events_by_state(session: Session) -> Counted:
     """Number of events by state."""
     return _counted(session, select(Event.state, func.count()).group_by(Event.state))
@@ -165,6 +171,11 @@ GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
         "Until when the lease of a poller, a worker and a notifier lasts, Unix time; that of a dead one has passed.",
         "process",
         leases,
+    ),
+    "menshin_worker_waits": (
+        "1 while the worker waits for its Dask cluster, 0 while it can compute; absent without a worker.",
+        None,
+        waiting_workers,
     ),
     "menshin_events": ("Events by state.", "state", events_by_state),
     "menshin_jobs": ("Jobs by state.", "state", jobs_by_state),

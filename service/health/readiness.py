@@ -135,10 +135,14 @@ def _late(session: Session, settings: Settings, now: datetime) -> list[datetime]
 
 def _worker(session: Session, settings: Settings, now: datetime) -> Check:
     lease = timedelta(seconds=settings.jobs.lease)
-    until = session.scalar(select(Lease.until).where(Lease.name == WORKING))
+    lease_row = session.execute(select(Lease.until, Lease.trouble).where(Lease.name == WORKING)).one_or_none()
+    until = None if lease_row is None else lease_row.until
     helps = "'menshin work' or 'menshin up' starts one; see the log of one that runs"
     if until is None or has_passed(until, now, lease):
         return Check("worker", False, "no worker was seen lately", helps, None if until is None else until - lease)
+    if lease_row is not None and lease_row.trouble is not None:
+        trouble, _, remedy = lease_row.trouble.partition("; ")
+        return Check("worker", False, f"the worker waits: {trouble}", remedy, until - lease)
     stuck = "records wait for their analysis while nothing gets done"
     oldest = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
     patience = timedelta(seconds=settings.data_health.worker_timeout)

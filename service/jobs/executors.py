@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -16,19 +15,11 @@ from typing import Any, ParamSpec, TypeVar
 from service.jobs.child import begin
 from service.settings import Settings
 from service.threads import ONE_THREAD
-from service.user_effects import add_user_effects
 
 P = ParamSpec("P")
 T = TypeVar("T")
 Executors = Callable[[], Executor]
 """A function that returns a live executor; after a crash, a new one."""
-
-
-def executors(settings: Settings) -> Executors:
-    """The executors that the settings select."""
-    if settings.jobs.executor == "dask":
-        return dask_cluster(settings.jobs.dask_address, settings.effects_folder)
-    return local_processes(settings.jobs.workers, settings.effects_folder)
 
 
 class LostComputationError(Exception):
@@ -147,18 +138,3 @@ def in_processes(made: Executors, preparation: Callable[[], None], count: int) -
 def end(made: Executors) -> None:
     """End the executors; running computations are abandoned, because no process would store them."""
     made().shutdown(wait=True)
-
-
-def dask_cluster(address: str | None, effects_folder: Path | None = None) -> Executors:
-    """Workers of a Dask cluster; equal calls are computed each time. Own effects come from a folder of the same name
-    there.
-
-    They look for own effects in a folder of the same name, on their machine.
-    """
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise RuntimeError("executor = dask needs the package distributed: pip install 'menshin[dask]'") from None
-    client: Any = Client(address)
-    client.register_worker_callbacks(partial(add_user_effects, effects_folder))
-    return lambda: client.get_executor(pure=False)

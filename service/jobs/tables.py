@@ -54,3 +54,5 @@ class Lease(Base):
     name: Mapped[str] = mapped_column(primary_key=True)
     holder: Mapped[str]
     until: Mapped[datetime]
+    trouble: Mapped[str | None] = mapped_column(Text)
+    """What keeps the holder from its work, and after a semicolon what helps; None if nothing does."""

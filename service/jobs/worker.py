@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Event as Signal
-from time import monotonic
+from time import monotonic, sleep
 from traceback import format_exception
 from typing import Any
 
@@ -24,7 +24,14 @@ from service.db.problems import Attempts
 from service.db.process_leases import WORKING
 from service.db.sessions import reading
 from service.jobs import queue
-from service.jobs.executors import Executors, JobExecutor, in_processes, is_warmed, without_interrupts
+from service.jobs.executors import (
+    Executors,
+    JobExecutor,
+    LostComputationError,
+    in_processes,
+    is_warmed,
+    without_interrupts,
+)
 from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.jobs.stages import Kind, Note, Running, silent
@@ -78,6 +85,8 @@ class Worker:
     """True once the processes were warmed, until they are ended."""
     first_warmed: Future[None] | None = None
     """Of the one process that is warmed before the others."""
+    trouble: str | None = None
+    """What keeps the executor from computing, as it was at the last look."""
     extended_at: float | None = None
     cancelled_checked_at: float = -float("inf")
     """s of the timer at the latest query for cancelled jobs."""
@@ -114,8 +123,10 @@ class Worker:
     def run_until_idle(self) -> int:
         """Work until no job waits; the number of jobs that were finished or failed."""
         finished = 0
-        while self.fill() or self.running:
+        while self.fill() or self.running or self.trouble is not None:
             finished += self.collect(IDLE)
+            if self.trouble is not None and not self.running:
+                sleep(IDLE)
             self.store_progress()
             self.stop_cancelled()
             self.hold()
@@ -131,7 +142,12 @@ class Worker:
         return bool(self.running)
 
     def fill(self) -> int:
-        """Claim and start jobs until every process has one; the number of jobs started."""
+        """Claim and start jobs until every process has one; the number of jobs started.
+
+        None is claimed while the executor cannot compute.
+        """
+        if self._notice_trouble():
+            return 0
         started = 0
         while len(self.running) < self.settings.jobs.workers:
             claim = self._claim()
@@ -169,7 +185,7 @@ class Worker:
         if self.extended_at is not None and elapsed - self.extended_at < self.settings.jobs.lease / 3:
             return
         with self.sessions.begin() as session:
-            process_leases.hold(session, WORKING, self.holder, now, self._lease)
+            process_leases.hold(session, WORKING, self.holder, now, self._lease, self.trouble)
         self.extended_at = elapsed
         for future, job in list(self.running.items()):
             with self.sessions.begin() as session:
@@ -221,6 +237,14 @@ class Worker:
                 executor.abandon(future)
                 self.is_warm, self.first_warmed = False, None
 
+    def _notice_trouble(self) -> bool:
+        """True while the executor cannot compute; a change is stored with the next leases, which are due then."""
+        executor = self.executors()
+        found = executor.trouble() if isinstance(executor, JobExecutor) else None
+        if found != self.trouble:
+            self.trouble, self.extended_at = found, None
+        return found is not None
+
     def _about(self, claim: Claim) -> AbstractContextManager[None]:
         """Lines of the log within are about this job."""
         return logs.about(job=claim.job_id, kind=claim.kind, event=claim.event_id, model=claim.model_id)
@@ -244,6 +268,9 @@ class Worker:
                 self._submit(Running(claim, inputs, kind.stages(inputs), trace=trace))
         except OperationalError:
             raise
+        except LostComputationError as error:
+            self._begin_again(claim, trace, error)
+            return False
         except Exception as error:  # as below, the worker survives a bug
             trace.end(error)
             self._record_failure(claim, error)
@@ -265,6 +292,8 @@ class Worker:
             job.trace.end()
         except OperationalError:
             raise
+        except LostComputationError as error:
+            self._begin_again(job.claim, job.trace, error)
         except Exception as error:
             job.trace.end(error)
             self._record_failure(job.claim, error)
@@ -298,6 +327,13 @@ class Worker:
         with self.sessions.begin() as session:
             if queue.finish(session, job.claim, self.clock()):
                 self.kinds[job.claim.kind].store(session, job.claim, job.inputs, job.results, self.clock())
+
+    def _begin_again(self, claim: Claim, trace: Work, error: LostComputationError) -> None:
+        """Return a job to the queue whose computation was lost; it has not failed."""
+        trace.end(error)
+        log.warning("job %d begins again: %s", claim.job_id, error)
+        with self.sessions.begin() as session:
+            queue.release(session, claim)
 
     def _record_failure(self, claim: Claim, error: Exception) -> None:
         """Mark a rejected job at once; try again after a bug or a killed process, and mark the job as failed after the

@@ -1,6 +1,7 @@
 """The groups of settings: names, defaults, limits and descriptions."""
 
 import os
+from pathlib import Path
 from typing import Annotated, Literal, Self
 from urllib.parse import urlsplit
 
@@ -195,6 +196,13 @@ class Jobs(Group):
         default="local", description="where analyses run: processes of this machine, or a Dask cluster"
     )
     dask_address: str | None = Field(default=None, description='address of the Dask scheduler, for executor = "dask"')
+    dask_tls_ca: Path | None = Field(
+        default=None, description="file with the certificate authority of a Dask cluster with TLS (tls://...)"
+    )
+    dask_tls_certificate: Path | None = Field(
+        default=None, description="file with the certificate by which the scheduler knows this process"
+    )
+    dask_tls_key: Path | None = Field(default=None, description="file with the key of that certificate")
 
     kept_room: Annotated[float, Field(ge=0)] = Field(
         default=1.0,
@@ -208,6 +216,11 @@ class Jobs(Group):
     def _consistent(self) -> Self:
         if self.executor == "dask" and self.dask_address is None:
             raise ValueError('jobs.executor = "dask" needs jobs.dask_address, such as tcp://scheduler:8786')
+        files = (self.dask_tls_ca, self.dask_tls_certificate, self.dask_tls_key)
+        if any(files) and not all(files):
+            raise ValueError("jobs.dask_tls_ca, jobs.dask_tls_certificate and jobs.dask_tls_key go together")
+        if any(files) and not (self.dask_address or "").startswith("tls://"):
+            raise ValueError("jobs.dask_tls_ca needs a jobs.dask_address that begins with tls://")
         return self
 
 

@@ -14,12 +14,12 @@ from hidden.trial import Trial, trial
 
 from service import roles
 from service.buildings import store as building_store
-from service.jobs.executors import executors
 from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.records import events
 from service.records.source_poller import SourcePoller
 from service.records.sources.source import Arrival
+from service.roles import executors
 from service.settings import Settings
 
 pytestmark = pytest.mark.slow

@@ -150,18 +150,27 @@ def test_the_image_has_what_runs_menshin_and_nothing_else() -> None:
     assert {name for name, _, _ in image} == {name for name, _ in known}
 
 
-@pytest.mark.parametrize("unit", ["menshin.service", "menshin@.service"])
+COMMANDS_OF_UNITS = {
+    "menshin.service": "menshin up",
+    "menshin@.service": "menshin %i",
+    "menshin-dask-scheduler.service": "dask scheduler",
+    "menshin-dask-worker@.service": "dask worker ${SCHEDULER}",
+}
+
+
+@pytest.mark.parametrize("unit", COMMANDS_OF_UNITS)
 def test_systemd_accepts_the_units_and_finds_them_confined(unit: str, tmp_path: Path) -> None:
     text = (DOCKER / "systemd" / unit).read_text("utf-8")
     assert set(re.findall(r"^Environment=(MENSHIN_\w+)", text, re.MULTILINE)) <= VARIABLES
-    command = re.findall(r"^ExecStart=/opt/menshin/bin/menshin (.+)$", text, re.MULTILINE)
-    assert command == (["%i"] if "@" in unit else ["up"])
+    (command,) = re.findall(r"^ExecStart=/opt/menshin/bin/(.+)$", text, re.MULTILINE)
+    assert command.startswith(COMMANDS_OF_UNITS[unit])
+    assert ("menshin.env" in text) == command.startswith("menshin"), "secrets stay with those who need them"
     for part in re.findall(r"menshin@(\w+)", text):
         assert part in COMMANDS
     if SYSTEMD is None:
         pytest.skip("systemd-analyze is not installed")
     copy = tmp_path / unit.replace("@.", "@poll.")
-    copy.write_text(text.replace("/opt/menshin/bin/menshin", "/bin/true"))
+    copy.write_text(re.sub(r"/opt/menshin/bin/\w+", "/bin/true", text))
     verified = subprocess.run([SYSTEMD, "verify", copy], capture_output=True, text=True)
     assert (verified.returncode, verified.stderr) == (0, "")
     judged = subprocess.run(

@@ -87,6 +87,11 @@ def test_passwords_are_masked() -> None:
         ("smtp.prot = 1", "prot"),
         ("port = 70000", "port"),
         ('jobs.executor = "dask"', "dask_address"),
+        ('jobs.dask_tls_ca = "ca.pem"', "go together"),
+        (
+            'jobs = {dask_address = "tcp://a:1", dask_tls_ca = "a", dask_tls_certificate = "b", dask_tls_key = "c"}',
+            "begins with tls://",
+        ),
         ("trigger.off = 9.0", "trigger.off must be below"),
         ('analysis.estimator = "kalman"', "'smoother' or 'cms'"),
     ],
