@@ -96,8 +96,15 @@ def _integrate(excited, model, change_of_p, behind, start, answers, room):  # ty
             for j in range(judged):
                 bend[j] = 0.0
             for k in range(4):
-                if k != 2:
-                    w = weights[stride * (2 * s + (k + 1) // 2)]
+                place = stride * (2 * s + (k + 1) // 2)
+                if place == 0:
+                    for c in range(samples.shape[1]):
+                        now[c] = samples[i + 1, c]
+                elif place == 2 * finest:
+                    for c in range(samples.shape[1]):
+                        now[c] = samples[i + 2, c]
+                elif k != 2:
+                    w = weights[place]
                     for c in range(samples.shape[1]):
                         now[c] = (w[0] * samples[i, c] + w[3] * samples[i + 3, c]) + (
                             w[1] * samples[i + 1, c] + w[2] * samples[i + 2, c]
