@@ -1,19 +1,20 @@
 """Migrations of the database to the tables of this version."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
-from typing import Any
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, event, inspect, text
 from sqlalchemy.orm import Session
 
 from service.db.problems import DatabaseVersionError, shown
 from service.db.sessions import engine
 from service.version import VERSION
+
+if TYPE_CHECKING:
+    from alembic.config import Config
 
 LOCK = 6_334_607  # any number, the same in all processes of the service
 FIRST = 20
@@ -27,38 +28,50 @@ def upgrade(url: str, revision: str = "head") -> None:
         DatabaseVersionError: the database belongs to a newer version of Menshin, to one before the first release, or
             to another program.
     """
-    _run(url, lambda config: command.upgrade(config, revision))
+    with _connected(url) as connection:
+        if revision == "head" and _current(connection) == {newest()}:
+            _write(connection)
+            return
+        from alembic import command  # most starts find nothing to upgrade, and need no Alembic
+
+        command.upgrade(_checked(connection), revision)
 
 
 def downgrade(url: str, revision: str) -> None:
     """Downgrade the database to a revision; `base` is the empty database."""
-    _run(url, lambda config: command.downgrade(config, revision))
+    from alembic import command
+
+    with _connected(url) as connection:
+        command.downgrade(_checked(connection), revision)
 
 
 def is_newest(session: Session) -> bool:
     """True if the database has the tables of this version."""
-    return MigrationContext.configure(session.connection()).get_current_revision() == newest()
+    return _current(session.connection()) == {newest()}
+
+
+def newest() -> str:
+    """The revision of this version."""
+    return max(known_revisions())
 
 
 @cache
-def newest() -> str:
-    """The revision of this version."""
-    return str(ScriptDirectory.from_config(_config()).get_current_head())
+def known_revisions() -> frozenset[str]:
+    """The revisions that this version can upgrade from, and its own. Each is its file's name, and begins with its number."""
+    names = (file.name for file in (files("migrations") / "versions").iterdir())
+    return frozenset(name.removesuffix(".py") for name in names if name[:4].isdigit() and name.endswith(".py"))
 
 
-def known_revisions() -> set[str]:
-    """The revisions that this version can upgrade from, and its own."""
-    return {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
+def _current(connection: Connection) -> set[str]:
+    """Revisions of a database; none if it has never been migrated."""
+    if not inspect(connection).has_table("alembic_version"):
+        return set()
+    return set(connection.scalars(text("SELECT version_num FROM alembic_version")))
 
 
-def _config() -> Config:
-    config = Config()
-    config.set_main_option("script_location", "migrations:")
-    return config
-
-
-def _run(url: str, migrate: Callable[[Config], None]) -> None:
-    config = _config()
+@contextmanager
+def _connected(url: str) -> Iterator[Connection]:
+    """A transaction on a database that no other process migrates meanwhile."""
     connected = engine(url)
     if connected.dialect.name == "sqlite":
         event.listen(connected, "connect", _let_tables_be_rebuilt)
@@ -66,19 +79,27 @@ def _run(url: str, migrate: Callable[[Config], None]) -> None:
         with connected.begin() as connection:
             if connection.dialect.name == "postgresql":
                 connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
-            _check(connection)
-            config.attributes["connection"] = connection
-            migrate(config)
+            yield connection
     finally:
         connected.dispose()
+
+
+def _checked(connection: Connection) -> "Config":
+    """Configuration of Alembic for a database that was checked."""
+    from alembic.config import Config
+
+    _check(connection)
+    config = Config()
+    config.set_main_option("script_location", "migrations:")
+    config.attributes["connection"] = connection
+    return config
 
 
 def _check(connection: Connection) -> None:
     """Refuse a database of another version or program, or one that cannot be written."""
     name = shown(connection.engine.url)
-    known = known_revisions()
-    current = MigrationContext.configure(connection).get_current_heads()
-    unknown = set(current) - known
+    current = _current(connection)
+    unknown = current - known_revisions()
     if early := sorted(revision for revision in unknown if revision[:4].isdigit() and int(revision[:4]) < FIRST):
         raise DatabaseVersionError(
             f"{name} belongs to a development version before the first release (revision {early[0]}), which Menshin "
@@ -93,8 +114,13 @@ def _check(connection: Connection) -> None:
         raise DatabaseVersionError(
             f"{name} has tables of another program ({', '.join(sorted(tables)[:3])}); name another database"
         )
-    if current:  # nothing else is written until much later, by a part that would treat the error as temporary
-        connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
+    if current:
+        _write(connection)
+
+
+def _write(connection: Connection) -> None:
+    """Write to the database: nothing else does until much later, in a part that would treat the error as temporary."""
+    connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
 
 
 def _let_tables_be_rebuilt(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own connection

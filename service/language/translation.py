@@ -16,9 +16,6 @@ from itertools import chain, pairwise
 from operator import itemgetter
 from string import Formatter
 
-from babel.messages.pofile import read_po
-
-from core.effects import EFFECTS
 from service.language.choice import ENGLISH, Language, spoken
 
 LONGEST = 4000
@@ -150,6 +147,8 @@ def outside(text: str, separator: str) -> list[str]:
 @cache
 def _codes() -> frozenset[str]:
     """Names of effects and of their parameters, which are the same in every language."""
+    from core.effects import EFFECTS
+
     return frozenset({*EFFECTS, *(one.name for effect in EFFECTS.values() for one in effect.parameters)})
 
 
@@ -391,6 +390,8 @@ def singular(text: str | Sequence[str] | None) -> str:
 @cache
 def catalogue(language: Language) -> Catalogue:
     """The catalogue of all rooms in a language."""
+    from babel.messages.pofile import read_po  # English needs no catalogue
+
     translations: dict[str, str] = {}
     for file in sorted(resources.files("service.language").joinpath(language).iterdir(), key=lambda one: one.name):
         if not file.name.endswith(".po"):

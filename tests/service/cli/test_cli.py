@@ -18,7 +18,7 @@ HEAVY = ("obspy", "numba", "scipy", "altair", "sqlalchemy", "fastapi", "numpy")
 UNUSED = {
     "effects": ("obspy", "numba", "scipy", "altair", "fastapi"),
     "model new --building building.toml --output model.toml": ("obspy", "numba", "scipy", "altair", "fastapi"),
-    "status": ("obspy", "numba", "scipy.linalg", "scipy.signal", "altair", "fastapi"),
+    "status": ("obspy", "numba", "scipy.linalg", "scipy.signal", "altair", "fastapi", "babel"),
     "building list": ("obspy", "numba", "scipy", "altair", "fastapi"),
     "notify --once": ("obspy", "numba", "scipy", "altair", "fastapi"),
     "poll --once": ("numba", "scipy.signal", "altair", "fastapi"),
@@ -70,6 +70,17 @@ def test_a_command_imports_what_it_needs(command: str, unused: Collection[str], 
     loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time:")}
     assert "service.settings" in loaded, done.stderr[-2000:]
     assert not loaded & set(unused)
+
+
+def test_a_command_on_a_database_of_this_version_needs_no_migrations(tmp_path: Path) -> None:
+    script = (
+        "import sys; from service.db.migrate import upgrade; upgrade('sqlite:///a.db'); print('alembic' in sys.modules)"
+    )
+    again = [
+        subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path)
+        for _ in range(2)
+    ]
+    assert [done.stdout.strip() for done in again] == ["True", "False"]
 
 
 @pytest.mark.parametrize(("given", "threads"), [({}, 1), ({"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2"}, 2)])

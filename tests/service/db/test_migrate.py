@@ -5,7 +5,9 @@ from datetime import UTC, datetime
 
 import pytest
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import inspect, text
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -36,6 +38,15 @@ def test_migrations_and_tables_are_in_step(sessions: sessionmaker[Session]) -> N
     with sessions.kw["bind"].connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_server_default": True})
         assert compare_metadata(context, Base.metadata) == []
+
+
+def test_a_revision_is_the_name_of_its_file() -> None:
+    """A start without anything to upgrade reads names alone; Alembic reads the files."""
+    config = Config()
+    config.set_main_option("script_location", "migrations:")
+    scripts = ScriptDirectory.from_config(config)
+    assert migrate.known_revisions() == {script.revision for script in scripts.walk_revisions()}
+    assert migrate.newest() == scripts.get_current_head()
 
 
 def test_up_again_changes_nothing(database_url: str, sessions: sessionmaker[Session]) -> None:
