@@ -57,7 +57,7 @@ def newest() -> str:
 
 @cache
 def known_revisions() -> frozenset[str]:
-    """The revisions that this version can upgrade from, and its own. Each is its file's name, and begins with its number."""
+    """The revisions that this version can upgrade from, and its own; each is the name of its file."""
     names = (file.name for file in (files("migrations") / "versions").iterdir())
     return frozenset(name.removesuffix(".py") for name in names if name[:4].isdigit() and name.endswith(".py"))
 

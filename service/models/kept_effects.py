@@ -26,7 +26,6 @@ from service.jobs.queue import DIAGNOSE, EXTEND, IMPROVE, UNDER_WAY, Claim
 from service.jobs.stages import Kind, ReportStep, Stage
 from service.jobs.tables import Job
 from service.models import texts
-from service.models.requests import check_new_name
 from service.models.sketch_results import LawOut, SketchDocument
 from service.models.tables import KeptEffect, ModelVersion
 from service.settings import Settings
@@ -144,6 +143,8 @@ def keep(session: Session, sketch: int, name: str, by: str, now: datetime) -> Ke
         raise ConflictError(texts.NOTHING_PROPOSED)
     if proposal.law is None:
         raise ConflictError(texts.SKETCHED_EARLIER)
+    from service.models.requests import check_new_name  # a worker keeps nothing, and needs none of the API's schemas
+
     check_new_name(name)
     made = KeptEffect(
         name=name,
