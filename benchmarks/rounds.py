@@ -19,7 +19,8 @@ from typing import Any
 from sqlalchemy import event, insert
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts.periodic_checks import Checked, check_buildings
+from service.alerts.checked_buildings import Checked
+from service.alerts.periodic_checks import check_buildings
 from service.alerts.tables import Alert, AlertChange
 from service.buildings import description
 from service.buildings.tables import Building, Revision

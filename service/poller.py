@@ -23,6 +23,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import early_messages, periodic_checks
+from service.alerts.checked_buildings import Checked
 from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.problems import Attempts
@@ -81,7 +82,7 @@ class Poller:
     """End of the lease of every other poller in the first round; empty once they all have renewed it, or died."""
     attempts: Attempts = field(default_factory=lambda: Attempts(log))
     """Database attempts of rounds, polls and checks."""
-    checked: dict[int, periodic_checks.Checked] = field(default_factory=dict)
+    checked: dict[int, Checked] = field(default_factory=dict)
     """Each building's state at its last check."""
 
     def run(self, stop: Signal) -> None:

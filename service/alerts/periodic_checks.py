@@ -6,9 +6,10 @@ from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts import building_states, data_health, queries
+from service.alerts import building_states, checked_buildings, data_health, queries
 from service.alerts.building_states import BuildingState
 from service.alerts.candidates import KINDS, AlertCandidate
+from service.alerts.checked_buildings import Checked, Known
 from service.alerts.data_health import Source, Thresholds, Work
 from service.alerts.messages import next_reminder, remind, write_messages
 from service.alerts.reconciliation import is_reconciled, reconcile
@@ -24,33 +25,6 @@ NO_WORK = Work(oldest=None, last_progress=None)
 FULL_CHECK, SPREAD = timedelta(hours=6), 100
 """Least time after which an unchanged building is checked in full all the same, at up to so many times until twice it.
 """
-
-
-@dataclass(frozen=True, slots=True)
-class Known:
-    """Facts about a building that change with its description and its events only."""
-
-    has_source: bool
-    is_continuous: bool
-    described_at: datetime
-    """Time when its description took effect."""
-    dead_channels: tuple[AlertCandidate, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Checked:
-    """A building at its last check: nothing is done again while it is the same, unless the clock was set back."""
-
-    checked_at: datetime
-    state: BuildingState
-    known: Known
-    began: Mapping[str, datetime]
-    """Beginning of each open data alert, by cause."""
-    candidates: tuple[AlertCandidate, ...]
-    expires_at: datetime
-    """Time of the next full check, even if the building is the same: a reminder may be due then."""
-    is_settled: bool
-    """True if there was nothing to write."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,30 +49,41 @@ def check_buildings(
 ) -> None:
     """Check the data health of every building, write the messages and reminders that are due, and store the levels.
 
-    All buildings are read together; an unchanged one takes no statement of its own.
+    All buildings are read together; an unchanged one takes no statement of its own, after a start of the poller too.
 
     Args:
         sessions: of the database.
         settings: of the service.
         now: aware time.
         stopped: checked before each building; the others are left to the next call.
-        last: each building at its last check, updated.
+        last: each building at its last check, updated; empty at a start, and then read from the database.
     """
     last = {} if last is None else last
     with reading(sessions)() as session:
         states = building_states.read(session, _rejected_age(settings), now)
         this = Round(settings, _thresholds(settings), _work(session, settings, now), free_bytes(session), now)
-    changed: list[int] = []
+        if not last:
+            last.update(checked_buildings.read(session, states, settings))
+    changed: dict[int, Checked] = {}
     for building_id, state in states.items():
-        if stopped():
-            return
         before = last.get(building_id)
-        if before is None or not _is_idle(building_id, state, before, this):
-            last[building_id] = _check(sessions, building_id, before, this)
-            changed.append(building_id)
-    if changed:
+        if before is not None and _is_idle(building_id, state, before, this):
+            continue
+        if stopped():
+            break
+        changed[building_id] = last[building_id] = _check(sessions, building_id, before, this)
+        if len(changed) == levels.TOGETHER:
+            _store(sessions, changed, this)
+            changed = {}
+    _store(sessions, changed, this)
+
+
+def _store(sessions: sessionmaker[Session], checks: Mapping[int, Checked], this: Round) -> None:
+    """Store the levels of the checked buildings, and what their checks found."""
+    if checks:
         with sessions.begin() as session:
-            levels.store(session, changed, now)
+            levels.store(session, checks, this.now)
+            checked_buildings.store(session, checks, this.settings)
 
 
 def _is_idle(building_id: int, state: BuildingState, before: Checked, this: Round) -> bool:

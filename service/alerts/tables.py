@@ -153,3 +153,19 @@ class Silence(Base):
     ended_by: Mapped[str | None]
     """Name of the person who ended it early."""
     building: Mapped[Building] = relationship()
+
+
+class BuildingCheck(Base):
+    """The last periodic check of a building that found nothing to write."""
+
+    __tablename__ = "building_check"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    checked_at: Mapped[datetime]
+    expires_at: Mapped[datetime]
+    """Time of the next check whatever the facts are."""
+    facts: Mapped[str]
+    """SHA-256 of what it was about."""
+    has_source: Mapped[bool]
+    is_continuous: Mapped[bool]
+    described_at: Mapped[datetime]
+    """Time when the building's description took effect."""

@@ -13,8 +13,9 @@ from sqlalchemy import event, select, update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import operator_actions
-from service.alerts.periodic_checks import Checked, check_buildings
-from service.alerts.tables import Alert
+from service.alerts.checked_buildings import Checked
+from service.alerts.periodic_checks import check_buildings
+from service.alerts.tables import Alert, BuildingCheck
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.buildings.tables import Building, Revision
@@ -99,6 +100,51 @@ def test_a_round_without_news_takes_the_same_number_of_statements_for_any_number
     check_buildings(sessions, SETTINGS, NOW + 6 * MINUTE, last=last)
     with sessions() as session:
         assert [(one.building_id, one.cause) for one in session.query(Alert)] == [(changed, "source")]
+
+
+def test_a_poller_that_starts_checks_only_what_changed_since_the_last_one(sessions: sessionmaker[Session]) -> None:
+    """Of 30 buildings one is silenced, and another has news, after the last round of the poller before."""
+    last: dict[int, Checked] = {}
+    text = monitored_building.building_file(Path("/nowhere"))
+    with sessions.begin() as session:
+        for number in range(30):
+            made = Building(code=f"B{number}", name="tower", created_at=NOW)
+            session.add(Revision(building=made, number=1, toml=text, folder="/", created_at=NOW))
+    for minutes in range(3):
+        check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
+    assert all(one.is_quiet for one in last.values())
+    with executed(sessions) as statements:
+        check_buildings(sessions, SETTINGS, NOW + 5 * MINUTE, last={})
+    assert 0 < len(statements) <= IDLE_STATEMENTS + 1
+    assert not [one for one in statements if not one.lstrip().startswith("SELECT") and one != "BEGIN"]
+    with sessions.begin() as session:
+        failed = session.query(Building).filter_by(code="B5").one().id
+        session.add(SourceState(building_id=failed, cursor={}, attempted_at=NOW, failing_since=NOW, error="503"))
+        session.execute(update(Building).where(Building.code == "B7").values(name="mill"))
+        changed = session.query(Building).filter_by(code="B7").one().id
+        session.add(Revision(building_id=changed, number=2, toml=text, folder="/", created_at=NOW))
+    anew: dict[int, Checked] = {}
+    check_buildings(sessions, SETTINGS, NOW + 6 * MINUTE, last=anew)
+    assert sorted(number for number, one in anew.items() if one.checked_at == NOW + 6 * MINUTE) == [failed, changed]
+    with sessions() as session:
+        assert [(one.building_id, one.cause) for one in session.query(Alert)] == [(failed, "source")]
+        kept = set(session.scalars(select(BuildingCheck.building_id)))
+    assert kept == last.keys() - {failed, changed}, "what was not quiet is checked again by the next one"
+
+
+@pytest.mark.parametrize("change", ["time", "settings"])
+def test_a_kept_check_ends_with_its_time_and_with_the_settings(sessions: sessionmaker[Session], change: str) -> None:
+    last: dict[int, Checked] = {}
+    with sessions.begin() as session:
+        building_store.add(session, monitored_building.building_file(Path("/nowhere")), Path("/"), NOW)
+    for minutes in range(3):
+        check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
+    ((number, before),) = last.items()
+    now = before.expires_at if change == "time" else NOW + 5 * MINUTE
+    settings = SETTINGS if change == "time" else Settings(**QUIET, reminder_interval=60.0)
+    anew: dict[int, Checked] = {}
+    check_buildings(sessions, settings, now, last=anew)
+    assert anew[number].checked_at == now
 
 
 def test_an_unchanged_building_is_checked_in_full_every_half_day(

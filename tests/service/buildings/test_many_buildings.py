@@ -16,6 +16,7 @@ from sqlalchemy import Engine, event as sqlalchemy_event, insert, select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import periodic_checks
+from service.alerts.checked_buildings import Checked
 from service.buildings.pages.home import LISTED
 from service.buildings.pages.map import drawn, read_area
 from service.buildings.pages.summary import summaries
@@ -174,7 +175,7 @@ def test_the_periodic_checks_store_the_level_and_the_place_of_a_changed_building
 ) -> None:
     with sessions.begin() as session:
         number = building(session).id
-    last: dict[int, periodic_checks.Checked] = {}
+    last: dict[int, Checked] = {}
     for displacement, level in ((0.02, "normal"), (STRONG, "inspect")):
         with sessions.begin() as session:
             of = session.get_one(Building, number)
