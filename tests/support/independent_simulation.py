@@ -5,8 +5,6 @@ closed form between reversals (Wen, 1976, n = 1), so that only the coupling of t
 """
 
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -55,7 +53,7 @@ def independent_response(
     mass = np.append(building.base_mass, building.floor_mass)
     system, inputs = _state_space(building, mass)
     step, held, rising = _discretised(system, inputs, 1 / (rate * substeps))
-    states, z = _kernel()(
+    states, z = _integrate(
         ground_acceleration, substeps, step, held, rising, law["A"], law["beta"], law["gamma"], law["D_y"]
     )
     n = mass.size
@@ -95,38 +93,35 @@ def _discretised(A: Matrix, B: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix
     return tuple(np.ascontiguousarray(whole[:n, part]) for part in (np.s_[:n], np.s_[n : n + m], np.s_[n + m :]))  # type: ignore[return-value]
 
 
-@cache
-def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    @njit
-    def turned(z, travel, A, beta, gamma):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        """z after a monotonic travel, in yield displacements: dw/dξ = A − γ w − β |w| for w = z · sign(travel)."""
-        sign, left = (1.0, travel) if travel >= 0 else (-1.0, -travel)
-        w = sign * z
-        if w < 0:
-            falling = gamma - beta
-            reach = w * np.exp(-falling * left) + A * (-np.expm1(-falling * left)) / falling
-            if reach <= 0:
-                return sign * reach
-            left -= np.log1p(-falling * w / A) / falling
-            w = 0.0
-        rising = gamma + beta
-        return sign * (w * np.exp(-rising * left) + A * (-np.expm1(-rising * left)) / rising)
+@njit
+def _turned(z, travel, A, beta, gamma):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """z after a monotonic travel, in yield displacements: dw/dξ = A − γ w − β |w| for w = z · sign(travel)."""
+    sign, left = (1.0, travel) if travel >= 0 else (-1.0, -travel)
+    w = sign * z
+    if w < 0:
+        falling = gamma - beta
+        reach = w * np.exp(-falling * left) + A * (-np.expm1(-falling * left)) / falling
+        if reach <= 0:
+            return sign * reach
+        left -= np.log1p(-falling * w / A) / falling
+        w = 0.0
+    rising = gamma + beta
+    return sign * (w * np.exp(-rising * left) + A * (-np.expm1(-rising * left)) / rising)
 
-    @njit
-    def integrate(ground, substeps, step, held, rising, A, beta, gamma, yielding):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        n, count = step.shape[0], ground.size
-        x, z = np.zeros(n), 0.0
-        states, histories = np.zeros((count, n)), np.zeros(count)
-        for i in range(count - 1):
-            slope = (ground[i + 1] - ground[i]) / substeps
-            for s in range(substeps):
-                a = ground[i] + s * slope
-                ahead = step @ x + held[:, 0] * a + held[:, 1] * z + rising[:, 0] * slope
-                after = z
-                for _ in range(4):  # a contraction by about 1e-4 a turn
-                    after = turned(z, (ahead[0] + rising[0, 1] * (after - z) - x[0]) / yielding, A, beta, gamma)
-                x, z = ahead + rising[:, 1] * (after - z), after
-            states[i + 1], histories[i + 1] = x, z
-        return states, histories
 
-    return integrate
+@njit(cache=True)
+def _integrate(ground, substeps, step, held, rising, A, beta, gamma, yielding):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    n, count = step.shape[0], ground.size
+    x, z = np.zeros(n), 0.0
+    states, histories = np.zeros((count, n)), np.zeros(count)
+    for i in range(count - 1):
+        slope = (ground[i + 1] - ground[i]) / substeps
+        for s in range(substeps):
+            a = ground[i] + s * slope
+            ahead = step @ x + held[:, 0] * a + held[:, 1] * z + rising[:, 0] * slope
+            after = z
+            for _ in range(4):  # a contraction by about 1e-4 a turn
+                after = _turned(z, (ahead[0] + rising[0, 1] * (after - z) - x[0]) / yielding, A, beta, gamma)
+            x, z = ahead + rising[:, 1] * (after - z), after
+        states[i + 1], histories[i + 1] = x, z
+    return states, histories

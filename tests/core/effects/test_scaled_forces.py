@@ -90,11 +90,12 @@ def test_a_scale_multiplies_the_forces_of_its_kinds_and_leaves_the_others(name: 
     order, size, states = in_opcode_order(effects), len(EFFECTS[name].parameters), len(EFFECTS[name].states)
     p, x = np.array([*usual_values(name).values(), 0.5]), np.full(states, 0.3)
     places = {name: (0, 0), "zz": (size, states)}
+    program = compiled_force(effects).py_func  # type: ignore[attr-defined]  # to compile each pair takes half a second
 
     def run(*names: str) -> float:
         opcode, at_p, at_x = (np.array(one) for one in zip(*((order.index(n), *places[n]) for n in names), strict=True))
         motion = (0.2, 0.3, 0.1, 0.2, 1.0, 20.0, 0.0)
-        return compiled_force(effects)(*motion, opcode, at_p, at_x, p, x, np.zeros(states))[0]
+        return program(*motion, opcode, at_p, at_x, p, x, np.zeros(states))[0]
 
     factor = 0.5 if scale in KINDS.get(EFFECTS[name].kind or "", ()) else 1.0
     assert run("zz", name) == pytest.approx(factor * run(name), rel=1e-12)
