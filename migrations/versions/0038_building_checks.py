@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0037_building_checks"
-down_revision = "0036_kept_effects"
+revision = "0038_building_checks"
+down_revision = "0037_lease_trouble"
 branch_labels = None
 depends_on = None
 
