@@ -5,7 +5,7 @@ parallel, one step each in turn; a search ends early when it cannot come near th
 behind do not matter to a diagnosis. Only effects that came near are searched from another starting point too.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -79,9 +79,20 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
         for model in (Isolator({**base.model.effects, effect: values}),)
     ]
     best = sorted(places, key=lambda one: -one.gain)
+    if has_several_minima(effect):
+        before = [[_lengths(other) for other in best[:number]] for number in range(len(best))]
+        return tuple(one for one, others in zip(best, before, strict=True) if others.count(_lengths(one)) < POLISHED)
     best = [one for one in best if one.gain >= PROMISING * best[0].gain]
     other = [one for one in best[POLISHED:] if _lengths(one) != _lengths(best[0])]
     return (*best[:POLISHED], *other[:1])
+
+
+def has_several_minima(effect: str) -> bool:
+    """True for a yielding force beside the damper's: of the two lengths, either may become the shorter one in a search.
+
+    A search from the wrong side ends in a local minimum. Such an effect has places at each of its lengths.
+    """
+    return EFFECTS[effect].kind == "yielding" and EFFECTS[effect].publishes is None
 
 
 def _lengths(one: ScoreTest) -> list[float]:
@@ -172,16 +183,19 @@ FEWEST_STEPS = 2
 """Steps that every first search makes: the slope at its start may predict no gain."""
 
 
-def search_in_parallel(data: FitData, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
+def search_in_parallel(
+    data: FitData, places: Mapping[str, Sequence[Isolator]], thorough: Collection[str] = ()
+) -> Mapping[str, Fit]:
     """Best fit of every effect: STOPPED if others were much better, DIVERGED if no start converged.
 
     Args:
         data: the records, weighed.
         places: by effect, models with it at values from which to search, the most promising first.
+        thorough: effects that are searched from every place.
     """
     searches = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
     diverged = [effect for effect, one in searches.items() if one.outcome is Outcome.DIVERGED]
-    for effect in [*_near(searches), *diverged]:
+    for effect in dict.fromkeys([*_near(searches), *diverged, *thorough]):
         for model in places[effect][1:]:
             searches[effect] = _better(data, searches[effect], start_search(data, model))
     return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in searches.items()}

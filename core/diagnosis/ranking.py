@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.diagnosis.candidate_search import ScoreTest, score_tests, search_in_parallel
+from core.diagnosis.candidate_search import ScoreTest, has_several_minima, score_tests, search_in_parallel
 from core.effects import EFFECTS
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
@@ -177,7 +177,8 @@ def _searched(
         seen = _from_known(seen, base, known)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
-    fits = search_in_parallel(data, {places[0].effect: [place.model for place in places] for places in promising})
+    models = {places[0].effect: [place.model for place in places] for places in promising}
+    fits = search_in_parallel(data, models, [effect for effect in models if has_several_minima(effect)])
     return seen, dict(fits)
 
 

@@ -44,7 +44,7 @@ EFFECT = Effect(
         Parameter("D", "m", (1e-4, 1e-2), LogNormal(1e-3, 0.7), "displacement over which the first element develops"),
     ),
     absent={"F_s": 0.0},
-    family="rubber hysteresis",
+    family="parallel hysteresis",
     explanation="The rubber has hysteresis at every amplitude: elements that develop over {D} and over 4.6, 22 and 100 "
     "times as much, whose strengths follow the power 1 − {s:.2f} of these displacements; it is {F_s} at 30 times.",
     suspect_when="Loops of every size are wide and pointed at their ends, and no yield displacement fits all of them.",

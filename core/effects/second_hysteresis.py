@@ -18,7 +18,7 @@ EFFECT = Effect(
         Parameter("D_2", "m", (1e-3, 0.5), LogNormal(2e-2, 1.0), "displacement over which it develops"),
     ),
     absent={"F_2": 0.0},
-    family="rubber hysteresis",
+    family="parallel hysteresis",
     explanation="A second hysteresis, like that of high-damping rubber, reaches {F_2} and develops over {D_2}.",
     suspect_when="Loops of medium size are wider than the yield of the damper explains, and rounded at their ends.",
     source="Wen (1976), eqs 2-3; in parallel as Iwan (1966) builds distributed yield",

@@ -12,7 +12,7 @@ EFFECT = Effect(
     law=law,
     acts_on="sharpness",
     parameters=(
-        Parameter("times", "1", (0.3, 20.0), LogNormal(2.0, 0.7), "factor of the exponent n of the hysteresis"),
+        Parameter("times", "1", (0.3, 60.0), LogNormal(2.0, 0.7), "factor of the exponent n of the hysteresis"),
     ),
     absent={"times": 1.0},
     family="shape of the yield",

@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.accuracy, needs_shared]
 
 BAND = (0.1, 25.0)
 """Hz."""
-HYSTERETIC = {"hysteresis", "rubber hysteresis", "dry friction"}
+HYSTERETIC = {"hysteresis", "parallel hysteresis", "dry friction"}
 """Families of what dissipates at any speed."""
 LINEAR = Isolator({"elastic": {"k_b": 4e6}, "viscous": {"c_b": 1e5}})
 """About what the masses and a period of 2.5 s ask for."""

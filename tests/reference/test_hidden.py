@@ -96,12 +96,13 @@ RUBBER: Mapping[str, Callable[[Mapping[str, float]], Mapping[str, float]]] = {
     "loop_shape": lambda p: {"k_2": p["stiffness"] * (1 - p["squared"]), "k_3": p["stiffness"] * p["squared"]},
     "strength_growth": lambda p: {"u_H": p["at"] / p["growth"] ** 0.5},
     "stress_relaxation": lambda p: {"rate": p["rate"]},
+    "sharp_hysteresis": lambda p: {"F_p": p["force"], "D_p": p["length"], "n_p": p["sharpness"]},
 }
-"""The product's values of its effects of high-damping rubber, from the hidden laws'."""
+"""The product's values of its effects of high-damping rubber and of sharp yield, from the hidden laws'."""
 
 
 @pytest.mark.parametrize("name", RUBBER)
-def test_rubber_is_the_products(name: str) -> None:
+def test_rubber_and_sharp_yield_are_the_products(name: str) -> None:
     """The product's largest displacements catch up within milliseconds: up to 1e-4. The effects are 6e-3 and more."""
     law, values = drawn(name)
     ours, theirs = by_both(((law, values),), {name: RUBBER[name](values)})

@@ -139,6 +139,27 @@ def test_a_law_at_the_end_of_its_range_is_not_named_alone(others: tuple[str, ...
     assert diagnosis.outcome is Outcome.ONE_OF_SET
 
 
+@pytest.mark.parametrize(("strength", "give", "seed"), [(3e6, 0.02, 7), (1.5e6, 0.002, 12)])
+def test_sharp_yield_is_named_and_no_stand_in_beside_it(strength: float, give: float, seed: int) -> None:
+    """An elastic-plastic element that yields later than the damper, or earlier: each has a minimum of its own.
+
+    A damper with its brace, rounder hystereses and friction had been named for it.
+    """
+    seen = tuple(
+        replace(
+            one, layer=replace(one.layer, force=one.layer.force + strength * sharp_yield(one.layer.displacement, give))
+        )
+        for one in observations(BOUC_WEN, 0.01, seed, (0.01, 0.05, 0.12, 0.04))
+    )
+    diagnosis = diagnosed(seen, BOUC_WEN, ("braced_viscous", "second_hysteresis", "sharp_hysteresis", "friction"))
+    assert [[one.effect for one in step.alike] for step in diagnosis.named] == [["sharp_hysteresis"]]
+    assert diagnosis.outcome is Outcome.EFFECT
+    values = diagnosis.after.model.effects["sharp_hysteresis"]
+    assert (values["F_p"], values["D_p"]) == pytest.approx((strength, give), rel=0.03)
+    assert values["n_p"] > 10
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+
+
 def test_an_effect_whose_values_lie_in_a_local_minimum_is_fitted_again() -> None:
     """The strong earthquake hides the date of a stiffness loss before it, until hardening has been added."""
     hidden = {

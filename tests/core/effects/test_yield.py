@@ -43,6 +43,39 @@ def test_a_sharper_yield_nears_the_bilinear_one() -> None:
     assert off[0] > 2 * off[1] > 4 * off[2]
 
 
+@pytest.mark.parametrize("n_p", [1.0, 2.0, 60.0])
+def test_a_second_hysteresis_yields_as_sharply_as_its_exponent_says(n_p: float) -> None:
+    """Over one straight way at 0.1 m/s and back to no force, where exact solutions exist: 1 − exp(−u / D), tanh(u / D)
+    and, for a large exponent, min(u / D, 1), whose corner an exponent of 60 rounds by up to 4 %; unloading is straight.
+    """
+    out, D = 0.1 * np.arange(80) / 200.0, 0.01
+    u = np.concatenate([out, out[-1] - 0.1 * np.arange(1, 19) / 200.0])
+    v = np.concatenate([np.full(out.size, 0.1), np.full(18, -0.1)])
+    force = layer_force(
+        {"sharp_hysteresis": {"F_p": 1.0, "D_p": D, "n_p": n_p}}, Excitation(200.0, u, v, Conditions.usual(u.size, 200))
+    )
+    solutions = {1.0: 1 - np.exp(-out / D), 2.0: np.tanh(out / D), 60.0: np.minimum(out / D, 1.0)}
+    assert force[: out.size] == pytest.approx(solutions[n_p], abs=0.04 if n_p > 2 else 2e-3)
+    back = slice(out.size + 1, -1)  # the motion turns between two samples
+    assert np.diff(force[back]) == pytest.approx(np.diff(u[back]) / D, abs=1e-6)
+
+
+def test_a_sharp_hysteresis_is_an_elastic_plastic_element_in_any_motion() -> None:
+    """Exact steps of the displacement, z ← z + Δu / D within ± 1; rms over the yield force."""
+    fine, D = excitation(1600.0, 5.0), 0.01
+    z = np.zeros(fine.displacement.size)
+    for now, travel in enumerate(np.diff(fine.displacement), 1):
+        z[now] = np.clip(z[now - 1] + travel / D, -1.0, 1.0)
+    off = [
+        layer_force({"sharp_hysteresis": {"F_p": 1.0, "D_p": D, "n_p": n_p}}, excitation(100.0, 5.0)) - z[::16]
+        for n_p in (2.0, 20.0, 100.0)
+    ]
+    rms = [float(np.sqrt(np.mean(one[:-1] ** 2))) for one in off]
+    assert rms[0] > 8 * rms[1]
+    assert rms[1] < 4e-3
+    assert rms[2] < 2e-3
+
+
 def test_motion_in_both_directions_leaves_each_less_than_all_the_strength() -> None:
     """Equal motions, n = 1, λ = 1: at rest of z, 1 - z - z² = 0 (the golden section)."""
     one = equal_cycles(200.0, count=2, amplitude=0.05)

@@ -88,6 +88,41 @@ def ozdemir_hysteresis(p, s, s1, step, past):
     return p[0] * z
 
 
+def sharp_hysteresis(p, s, s1, step, past):
+    """Wen (1976) with β = γ: unloading straight, then z' = 1 − z^n over the travel, the midpoint rule in pieces."""
+    travel = (step.u - step.u0) / p[1]
+    sign = 1.0 if travel >= 0 else -1.0
+    left, w = abs(travel), s[0] * sign
+    if w < 0:
+        w, left = min(w + left, 0.0), max(left + w, 0.0)
+    pieces = 1 + int(left * p[2] / 0.1) if left > 0 else 0
+    for _ in range(pieces):
+        d = left / pieces
+        middle = w + 0.5 * d * (1.0 - w ** p[2])
+        w = min(w + d * (1.0 - middle ** p[2]), 1.0)
+    s1[0] = sign * w
+    return p[0] * s1[0]
+
+
+def menegotto_hysteresis(p, s, s1, step, past):
+    """Menegotto and Pinto (1973) without hardening: from each reversal one curve to the yield force on the other side.
+
+    States: force over the yield force, direction, and the displacement and that force at the reversal.
+    """
+    length, roundness = p[1], p[2]
+    travel = step.u - step.u0
+    s1[1], s1[2], s1[3] = s[1], s[2], s[3]
+    if (travel != 0.0 and (travel > 0) != (s[1] > 0)) or s[1] == 0.0:
+        s1[1], s1[2], s1[3] = (1.0 if travel >= 0 else -1.0), step.u0, s[0]
+    way = s1[1] - s1[3]
+    if abs(way) < 1e-12:
+        s1[0] = s1[1]
+        return p[0] * s1[0]
+    share = max((step.u - s1[2]) / (length * way), 0.0)
+    s1[0] = s1[3] + way * share / (1.0 + share**roundness) ** (1.0 / roundness)
+    return p[0] * s1[0]
+
+
 def flag(p, s, s1, step, past):
     """Christopoulos, Filiatrault and Folz (2002): opens at a force, closes at a lower one."""
     travel = (step.u - step.u0) / p[2]
@@ -191,6 +226,25 @@ LAWS = (
             ("second_hysteresis", second_hysteresis),
             ("second_hysteresis_bilinear", bilinear_hysteresis),
             ("second_hysteresis_ozdemir", ozdemir_hysteresis),
+        )
+    ),
+    *(
+        Law(
+            name,
+            "sharp_hysteresis",
+            "same" if name == "sharp_hysteresis" else "another",
+            advance,
+            lambda layer, rng: {
+                "force": layer.peak_force * 0.1,
+                "length": _length(5e-3, 4e-2)(rng),
+                "sharpness": _length(3.0, 20.0)(rng),
+            },
+            ("force",),
+            states=states,
+        )
+        for name, advance, states in (
+            ("sharp_hysteresis", sharp_hysteresis, 1),
+            ("sharp_hysteresis_menegotto", menegotto_hysteresis, 4),
         )
     ),
     *(
