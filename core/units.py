@@ -47,3 +47,9 @@ def quantity(value: float, si: str, std: float | None = None) -> str:
 def percent(share: float) -> str:
     """A share in percent, to a tenth below 100 %."""
     return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"
+
+
+def percent_in_table(share: float) -> str:
+    """The same, but for a share that rounds to nothing: it may be a little, which is below a tenth."""
+    written = percent(share)
+    return "< 0.1 %" if written in (percent(0.0), percent(-0.0)) else written

@@ -28,6 +28,7 @@ from core.sketching.search import Found, Sketched, search
 from core.sketching.terms import Scales
 from core.sketching.texts import known_range
 from core.tables import Table, report
+from core.units import percent_in_table
 from core.workbench.comparing import counted
 from core.workbench.diagnosing import NONE_TO_FIT
 from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Progress, Version, helps, model_errors, silent
@@ -257,7 +258,7 @@ def missing_table(result: SketchResult) -> Table:
 
 def dependence_table(result: SketchResult) -> Table:
     """What the missing force depends on."""
-    rows = tuple((one.variable, f"{max(0.0, 100 * one.share):.1f} %") for one in result.dependences)
+    rows = tuple((one.variable, percent_in_table(max(0.0, one.share))) for one in result.dependences)
     return Table(
         "What it depends on",
         ("variable", "predicted"),

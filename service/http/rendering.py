@@ -16,7 +16,7 @@ from jinja2.runtime import Context
 from markupsafe import Markup
 
 from core.rounding import plain, significant, with_std
-from core.units import quantity, shown, unit
+from core.units import percent_in_table, quantity, shown, unit
 from service.access.auth import caller, link, login
 from service.access.roles import Role, soon_in_words
 from service.http.libraries import address as library_address
@@ -136,6 +136,11 @@ def percent(share: float | None) -> str:
     return tenths(None if share is None else 100 * share)
 
 
+def share_percent(share: float | None) -> str:
+    """A share of the whole in percent, "< 0.1" where it rounds to nothing; a dash where it is not known."""
+    return UNKNOWN if share is None else percent_in_table(share).removesuffix(" %")
+
+
 def tenths(value: float | None) -> str:
     """A number to a tenth; a dash where it is not known."""
     return UNKNOWN if value is None else f"{value:.1f}"
@@ -185,6 +190,7 @@ TEMPLATES.env.globals |= {
 TEMPLATES.env.filters |= {
     "words": error_in_words,
     "percent": percent,
+    "share_percent": share_percent,
     "tenths": tenths,
     "rounded": rounded,
     "kilonewtons": kilonewtons,

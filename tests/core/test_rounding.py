@@ -6,6 +6,7 @@ import pytest
 from hypothesis import example, given, strategies as st
 
 from core.rounding import LONG, SHORT, interval, plain, significant, with_std
+from core.units import percent_in_table
 
 REGULAR = st.floats(SHORT, 0.9 * LONG)
 VALUES = st.floats(-0.9 * LONG, 0.9 * LONG)
@@ -107,3 +108,19 @@ def test_every_number_can_be_written(value: float, std: float | None) -> None:
     assert plain(value)
     assert with_std(value, std)
     assert interval(value, value - (std or 0.0), value + (std or 0.0))
+
+
+@pytest.mark.parametrize(
+    ("share", "written"),
+    [
+        (0.0, "< 0.1 %"),
+        (4.9e-4, "< 0.1 %"),
+        (-4e-4, "< 0.1 %"),
+        (5.1e-4, "0.1 %"),
+        (0.123, "12.3 %"),
+        (1.0, "100 %"),
+        (-0.02, "-2.0 %"),
+    ],
+)
+def test_a_share_that_rounds_to_nothing_is_said_to_be_less_than_the_last_digit(share: float, written: str) -> None:
+    assert percent_in_table(share) == written
