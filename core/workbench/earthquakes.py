@@ -4,6 +4,8 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
+import numpy as np
+
 from core.analysis import AnalysisSettings, EventAnalysis
 from core.comparison.compared import Band, ForceComparison, compare_forces, force_misfit
 from core.comparison.misfit import Misfit
@@ -36,6 +38,11 @@ Progress = Callable[[str, int, int], None]
 
 def silent(doing: str, done: int, of: int) -> None:
     """Progress that is not reported."""
+
+
+def peak(one: Observation) -> float:
+    """m, largest displacement of the layer."""
+    return float(np.abs(one.layer.displacement).max())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +97,11 @@ class Earthquakes:
     def fitted_names(self) -> tuple[str, ...]:
         """Names of the earthquakes that a model may be fitted to."""
         return tuple(dict.fromkeys(one.name for one in self.fitted))
+
+    @property
+    def strongest(self) -> Observation:
+        """The observation of largest displacement that a model may be fitted to."""
+        return max(self.fitted, key=peak)
 
     @property
     def directions(self) -> tuple[Direction, ...]:

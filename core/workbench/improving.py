@@ -2,14 +2,12 @@
 
 In turns an effect is added only if it lowers the error on held-out earthquakes too, where there are any. If something
 unknown is missing, only such earthquakes can justify an effect: the nearest known one is then nearly always
-significant, and wrong. Each fitted earthquake is then left out in turn (core.workbench.cross_validation), and those
-held out only test the result.
+significant, and wrong. The stronger of the fitted earthquakes are then predicted by the weaker ones
+(core.workbench.cross_validation), and those held out only test the result.
 """
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
@@ -27,9 +25,9 @@ from core.tables import Table, report
 from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
-from core.workbench.cross_validation import Validated, can_validate, is_exhausted, validated
+from core.workbench.cross_validation import Beyond, Validated, beyond_range, can_validate, is_exhausted, validated
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
-from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
+from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, peak, silent
 from core.workbench.fitting import deviations, fit_sentences, readable
 from core.workbench.out_of_range import BEYOND
 from core.workbench.tables import Deviations, gain, values_table, version_tables
@@ -41,6 +39,8 @@ MOST_DIAGNOSES = (
 )
 BEFORE, IMPROVED = "before", "improved"
 """Names of the model before and after all changes."""
+STRONGER = "stronger by weaker"
+"""Name of the errors in stronger earthquakes than those fitted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,8 +166,10 @@ class ImprovementResult:
     left out."""
     earthquakes: Earthquakes
     left_out: tuple[Validated, ...] = ()
-    """The model before and after each change that predicts earthquakes better which were left out in turn; none where
-    diagnoses were enough."""
+    """The model before and after each change by which stronger earthquakes are predicted better by weaker ones; none
+    where diagnoses were enough."""
+    beyond: tuple[Beyond, ...] = ()
+    """How much predictions may err beyond the range of the fitted earthquakes; none where diagnoses were enough."""
 
     @property
     def std(self) -> Deviations:
@@ -205,9 +207,9 @@ def improve(
 ) -> ImprovementResult:
     """Diagnose a model and add the supported effects, by turns.
 
-    If something unknown is left and two or more earthquakes are fitted, each of these is left out in turn, and effects
-    are added as long as the earthquakes left out are predicted better; those added before that have lost their worth
-    are removed. No name is claimed for what they describe.
+    If something unknown is left and two or more earthquakes are fitted, the stronger of these are predicted by the
+    model fitted to the weaker ones, and effects are added as long as this becomes better; those added before that have
+    lost their worth are removed. No name is claimed for what they describe.
 
     Args:
         model: of the isolation layer.
@@ -237,22 +239,26 @@ def improve(
             ended = reason
             break
     steps: tuple[Validated, ...] = ()
+    beyond: tuple[Beyond, ...] = ()
     if rounds[-1].diagnosis.outcome is Outcome.UNKNOWN and not rounds[-1].faults and can_validate(seen):
         offered = set(EFFECTS if effects is None else effects)
         steps = tuple(validated(now, seen, model.effects, offered, progress))
     if len(steps) > 1:
         ended = (
-            "Improvement ended: as many effects were added by earthquakes left out in turn as one improvement adds."
+            "Improvement ended: as many effects were added as one improvement adds by predicting stronger earthquakes."
             if is_exhausted(steps)
-            else "Improvement ended: no further effect lowers the error in earthquakes left out in turn."
+            else "Improvement ended: no further effect lowers the error in stronger earthquakes than those fitted."
         )
         last = weighted_fit(seen.fitted, steps[-1].model, steps[-1].zero)
         fit, inflation, now = last.fit, last.inflation, readable(last.fit.model)
         versions.append(Version(IMPROVED, model_errors(now, seen)))
         tried = [*added, *(step.change for step in steps[1:] if step.is_added)]
         added = [name for name in tried if name in now.effects]
+        beyond = beyond_range(steps[-1], seen)
     made = tuple(added)
-    return ImprovementResult(model, tuple(rounds), now, fit, inflation, made, ended, tuple(versions), seen, steps)
+    return ImprovementResult(
+        model, tuple(rounds), now, fit, inflation, made, ended, tuple(versions), seen, steps, beyond
+    )
 
 
 def _confirmed(result: DiagnosisResult) -> int:
@@ -329,8 +335,9 @@ def _left_out_sentences(result: ImprovementResult) -> Iterator[str]:
         return
     first, last = result.left_out[0], result.left_out[-1]
     yield (
-        f"The error of the force in earthquakes left out in turn changes from {percent(first.error)} to "
-        f"{percent(last.error)}."
+        "The error of the force in stronger earthquakes than those fitted changes from "
+        f"{percent(first.error_in_stronger)} to {percent(last.error_in_stronger)}, that in earthquakes left out in "
+        f"turn from {percent(first.error)} to {percent(last.error)}."
     )
     yield "These also decided which effects were added, so that the error in another one may be a little larger."
     yield "The effects describe the layer, and each may stand in for one that is not known."
@@ -340,20 +347,26 @@ def _left_out_sentences(result: ImprovementResult) -> Iterator[str]:
             f"The term {name} of {effect} ({meaning}) stays 0: no record makes it act, and beyond them it could be "
             "anything."
         )
-    strongest = max(result.earthquakes.fitted, key=_peak)
-    reached = quantity(_peak(strongest), "m")
-    most = max(_peak(one) for one in result.earthquakes.fitted if one.name != strongest.name)
-    if _peak(strongest) > BEYOND["displacement"] * most:
+    yield from _beyond_sentences(result, last)
+
+
+def _beyond_sentences(result: ImprovementResult, last: Validated) -> Iterator[str]:
+    """What is known of predictions beyond the range of the records."""
+    reached, farthest = peak(result.earthquakes.strongest), last.trials[-1]
+    worst = max(farthest.errors, key=lambda name: farthest.errors[name])
+    if farthest.reach > BEYOND["displacement"]:
         yield (
-            f"The error of {percent(last.errors[strongest.name])} in {strongest.name} is that of a prediction beyond "
-            f"the range of the others: to {reached}, by earthquakes of up to {quantity(most, 'm')}."
+            f"Fitted to earthquakes of up to {quantity(reached / farthest.reach, 'm')}, the model errs by up to "
+            f"{percent(farthest.errors[worst])} in those of up to {quantity(reached, 'm')} ({worst})."
         )
-    yield f"Beyond {reached} the model's laws are extrapolated, and no record shows how far they are right."
-
-
-def _peak(one: Observation) -> float:
-    """m, largest displacement."""
-    return float(np.abs(one.layer.displacement).max())
+    for one in result.beyond:
+        yield (
+            f"At {plain(one.times, 2)} times the range fitted, {quantity(one.displacement, 'm')}, a prediction of the "
+            f"force may err by {percent(one.error)}: the models fitted to weaker earthquakes differ there by "
+            f"{percent(one.spread)} from this one."
+        )
+    limit = quantity(reached, "m")
+    yield f"Beyond {limit} the model's laws are extrapolated, and no record shows how far they are right."
 
 
 def left_out_tables(result: ImprovementResult) -> tuple[Table, ...]:
@@ -362,11 +375,20 @@ def left_out_tables(result: ImprovementResult) -> tuple[Table, ...]:
         return ()
     names = result.earthquakes.fitted_names
     rows = tuple(
-        (_changed(step), *(percent(step.errors[name]) for name in names), percent(step.error))
+        (
+            _changed(step),
+            *(percent(step.errors[name]) for name in names),
+            percent(step.error),
+            percent(step.error_in_stronger),
+        )
         for step in result.left_out
     )
-    note = "Root mean square in percent of the force, by the model fitted to the others. Last: root mean square of all."
-    return (Table("Error of the force in earthquakes left out in turn", ("change", *names, "all"), rows, note),)
+    note = (
+        "Root mean square in percent of the force, by the model fitted to the others. Last: that of all, and that in "
+        "stronger earthquakes by the model fitted to weaker ones, which decides."
+    )
+    headings = ("change", *names, "all", STRONGER)
+    return (Table("Error of the force in earthquakes left out in turn", headings, rows, note),)
 
 
 def _changed(step: Validated) -> str:

@@ -360,9 +360,9 @@ def improve(
     """Diagnose a model and add the effect that the records support, repeatedly, until there is none.
 
     An effect that does not lower the error on held-out earthquakes is not added. Where something unknown is missing,
-    each of the other earthquakes is left out in turn, and effects are added as long as these are predicted better; that
-    takes minutes. Where the displacement was integrated from accelerations, its slow motion is restored; the model file
-    says so, and commands that read it do the same. The page is that of the first diagnosis.
+    the stronger of the other earthquakes are predicted by the weaker ones, and effects are added as long as this
+    becomes better; that takes minutes. Where the displacement was integrated from accelerations, its slow motion is
+    restored; the model file says so, and commands that read it do the same. The page ends with the first diagnosis.
     Exit code 0: done; 1: no record can be used.
     """
     from service.models import documents, operations, report
@@ -378,7 +378,7 @@ def improve(
         json,
         lambda: documents.improvement(done),
         html,
-        lambda: report.diagnosis_file(operations.work(done.result.rounds[0], given, model.name)),
+        lambda: report.improvement_file(done, operations.work(done.result.rounds[0], given, model.name)),
     )
 
 

@@ -14,9 +14,10 @@ from core.errors import ModelError
 from core.model.isolator import Isolator
 from service.analyses.schema import FindingOut
 from service.errors import ConflictError
+from service.jobs.tables import Job
 from service.models import queries, texts, trend as model_trend
 from service.models.model_file import Directions, ModelFile
-from service.models.results import Findings, MisfitOut, PredictionOut
+from service.models.results import Findings, LeftOut, MisfitOut, PredictionOut
 from service.models.schema import (
     ComparisonOut,
     ComparisonRow,
@@ -251,3 +252,9 @@ def _diagnosis_values(stored: ModelDiagnosis) -> dict[str, Any]:
         "explanation": " ".join(stored.sentences),
         "job": stored.job_id,
     }
+
+
+def improvement_steps(job: Job) -> Sequence[LeftOut]:
+    """The model before and after each change of an improvement by earthquakes left out; none of other jobs."""
+    stored = ((job.result or {}).get("fit") or {}).get("left_out") or ()
+    return [LeftOut.model_validate(one) for one in stored] if len(stored) > 1 else []

@@ -20,6 +20,7 @@ from service.models.operations import Work, work
 from service.models.results import (
     AllErrors,
     AllPredictions,
+    BeyondOut,
     BinOut,
     CandidateOut,
     ComparisonDocument,
@@ -40,6 +41,7 @@ from service.models.results import (
     ProfileOut,
     RegionOut,
     StepOut,
+    StrongerOut,
     SuspectOut,
     UnexplainedOut,
     VersionOut,
@@ -184,12 +186,31 @@ def improvement(done: Work[ImprovementResult]) -> ImprovementDocument:
         versions=versions(result.versions, result.earthquakes),
         model=ModelValues.of(done.model),
         diagnoses=[diagnosis(work(one, done.given, done.model.parent or "")) for one in result.rounds],
-        left_out=[
-            LeftOut(effect=one.change or None, added=one.is_added, errors=dict(one.errors), error=one.error)
-            for one in result.left_out
+        left_out=left_out(result),
+        beyond=[
+            BeyondOut(times=one.times, displacement=one.displacement, spread=one.spread, error=one.error)
+            for one in result.beyond
         ],
         explanation=" ".join(result.text),
     )
+
+
+def left_out(result: ImprovementResult) -> list[LeftOut]:
+    """The model before and after each change, with its errors where it was not fitted."""
+    return [
+        LeftOut(
+            effect=one.change or None,
+            added=one.is_added,
+            errors=dict(one.errors),
+            error=one.error,
+            stronger=[
+                StrongerOut(fitted_to=list(trial.fitted_to), reach=trial.reach, errors=dict(trial.errors))
+                for trial in one.trials
+            ],
+            error_in_stronger=one.error_in_stronger,
+        )
+        for one in result.left_out
+    ]
 
 
 def _events(errors: ModelErrors, held_out: Collection[str] = ()) -> list[EventErrors]:

@@ -11,7 +11,7 @@ from core.workbench.tables import values_of, version_tables
 from service.models import texts
 from service.models.model_file import ModelFile
 from service.models.operations import Work
-from service.reports.document import Document, Part, notes, paragraph
+from service.reports.document import Document, Part, heading, notes, paragraph
 
 
 def comparison(done: Work[ComparisonResult]) -> Document:
@@ -106,6 +106,18 @@ def change(done: Work[ExtensionResult] | Work[ImprovementResult]) -> Document:
             notes(_unused(result.earthquakes.unused)),
         ),
     )
+
+
+def improvement_file(done: Work[ImprovementResult], first: Work[DiagnosisResult]) -> Document:
+    """An improvement with its figure, and the first of its diagnoses."""
+    from service.models.documents import left_out  # slow to import, as the figure is
+    from service.models.figures.improvements import left_out_figure
+
+    steps = left_out(done.result)
+    diagnosis = diagnosis_file(first)
+    own = (*change(done).parts, *([left_out_figure(steps)] if len(steps) > 1 else []))
+    parts = (*own, heading(texts.FIRST_DIAGNOSIS), *diagnosis.parts)
+    return Document(texts.IMPROVEMENT_TITLE.format(_subject(done.given)), parts)
 
 
 def _subject(model: ModelFile) -> str:

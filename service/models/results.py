@@ -369,6 +369,31 @@ class ExtensionDocument(Head):
     unused: list[str]
 
 
+class StrongerOut(Result):
+    """A prediction of stronger earthquakes by the model fitted to weaker ones."""
+
+    fitted_to: list[str] = Field(description="Names of the weaker earthquakes.")
+    reach: float = Field(description="Largest displacement of the predicted ones over that of those fitted.")
+    errors: dict[str, float | None] = Field(
+        description="Error of the force over the force, both root mean square, by predicted earthquake."
+    )
+
+
+class BeyondOut(Result):
+    """How much a prediction may err beyond the range of the fitted earthquakes."""
+
+    times: float = Field(description="Displacement over the largest of the fitted earthquakes.")
+    displacement: float = Field(description="m.")
+    spread: float | None = Field(
+        description="Largest difference there between the models fitted to weaker earthquakes and this one, over the "
+        "force."
+    )
+    error: float | None = Field(
+        description="Error over the force that is to be expected: of this difference, and of the worst prediction of "
+        "stronger earthquakes by weaker ones."
+    )
+
+
 class LeftOut(Result):
     """A change of a model, and how well the model then predicts earthquakes that were left out in turn."""
 
@@ -379,6 +404,10 @@ class LeftOut(Result):
         "the others."
     )
     error: float | None = Field(description="Root mean square of these.")
+    stronger: list[StrongerOut] = Field(
+        default=[], description="Predictions of stronger earthquakes by weaker ones, which decide; the farthest last."
+    )
+    error_in_stronger: float | None = Field(default=None, description="Root mean square of the errors in these.")
 
 
 class ImprovementDocument(Head):
@@ -389,7 +418,11 @@ class ImprovementDocument(Head):
     model: ModelValues
     diagnoses: list[DiagnosisDocument]
     left_out: list[LeftOut] = Field(
-        description="Changes by which earthquakes left out in turn are predicted better; empty where diagnoses did."
+        description="Changes by which stronger earthquakes are predicted better by weaker ones; empty where diagnoses "
+        "were enough."
+    )
+    beyond: list[BeyondOut] = Field(
+        default=[], description="Errors to be expected beyond the range of the fitted earthquakes; empty as above."
     )
     explanation: str
 

@@ -14,6 +14,7 @@ LIMITS_NOTE = (
     "interval, the motion is out of range, or a direction is not forecast."
 )
 DIAGNOSIS_TITLE = "{}: what the model lacks"
+IMPROVEMENT_TITLE = "Improvement: {}"
 SKETCH_TITLE = "{}: sketch of the force that the model lacks"
 DIAGNOSIS_FIGURES = (
     "The figures show the given model with its values fitted; the last two also show it with the added effects."
@@ -25,7 +26,14 @@ ROBUST_AXIS = (
     "The axis ends {fence:g} interquartile ranges beyond the quartiles, because these points would flatten all others; "
     "bars are cut there."
 )
+FIRST_DIAGNOSIS = "First diagnosis"
 FIGURES: Mapping[str, tuple[str, str]] = {
+    "left_out": (
+        "Error in earthquakes left out",
+        "Error of the force, root mean square over that of the force, after each change: in each earthquake by the "
+        "model fitted to the others, and (orange) in stronger earthquakes by the model fitted to weaker ones. An "
+        "effect is added if the orange line falls.",
+    ),
     "stiffness": (
         "Stiffness correction over amplitude",
         "Each point is the correction of the model's stiffness in a block of 5 s, with its standard deviation. With a "

@@ -24,7 +24,7 @@ from service.models import answers, queries, requests
 from service.models.api.kept_effects import knowing
 from service.models.queries import DIRECTIONS
 from service.models.schema import ModelRequest, held_out_by
-from service.models.tables import ModelComparison
+from service.models.tables import ModelComparison, ModelVersion
 from service.models.windows import Window, worst_windows
 
 router = APIRouter(include_in_schema=False)
@@ -125,6 +125,7 @@ def shown_model(
             may_cancel=lambda job: may_cancel(job, by),
             offered=there,
             diagnoses=queries.diagnoses(session, model_id, None, JOBS),
+            improvement=_improvement(session, version),
             shakes=queries.shakes(session, version.building_id, OFFERED),
             has_spectrum=described(session, version.building).design_spectrum is not None,
             addable=[name for name in EFFECTS if name not in version.effects],
@@ -140,6 +141,15 @@ def _shown(compared: list[ModelComparison], number: int | None) -> int | None:
     if number not in {one.id for one in compared}:
         raise NotFoundError("comparison of this model", number)
     return number
+
+
+def _improvement(session: Session, version: ModelVersion) -> int | None:
+    """The job that made a version by earthquakes left out; None of another version."""
+    if version.parent_id is None:
+        return None
+    jobs = job_requests.jobs(session, None, None, version.parent_id, None, JOBS)
+    made = (job for job in jobs if (job.result or {}).get("made") == version.id)
+    return next((job.id for job in made if answers.improvement_steps(job)), None)
 
 
 def _windows(session: Session, comparison: int) -> list[Window]:

@@ -22,6 +22,7 @@ from service.models.api.kept_effects import known
 from service.models.effect_loops import ALONE, WITH, WITHOUT, loops as loops_of_effect, read_values
 from service.models.effects import law
 from service.models.figures.forecasts import accelerations, displacement, drawn
+from service.models.figures.improvements import left_out_figure
 from service.models.figures.sketches import beside_law, force as missing_force, layered
 from service.models.forecast_results import ForecastDocument, ForecastOut
 from service.models.results import MisfitOut
@@ -181,6 +182,16 @@ def sketch_versions(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=
     found = _sketch(sessions, job).versions
     errors = [(one.name, {FITTED: one.error.nrmse, HELD_OUT: _error(one.error_held_out)}) for one in found]
     return picture(wanted, lambda: falls(errors), "sketch-versions", job)
+
+
+@router.get("/improvement.{form}")
+def improvement(wanted: As, sessions: Reading, job: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Error in earthquakes left out, after each change of an improvement."""
+    with sessions() as session:
+        steps = answers.improvement_steps(job_requests.job(session, job))
+    if not steps:
+        raise NotFoundError("changes of improvement", job)
+    return picture(wanted, lambda: drawn(left_out_figure(steps, BROAD)), "improvement", job)
 
 
 def _sketch(sessions: Reading, number: int) -> SketchDocument:

@@ -1,11 +1,20 @@
 """Effects added because they predict earthquakes that were left out, against a law that is known."""
 
+import numpy as np
 import pytest
 from synthetic_observations import BOUC_WEN, observations
 
+from core.model.force_response import force_history
 from core.model.isolator import Isolator
 from core.workbench import cross_validation
-from core.workbench.cross_validation import Validated, can_validate, is_exhausted, validated
+from core.workbench.cross_validation import (
+    Validated,
+    beyond_range,
+    can_validate,
+    is_exhausted,
+    is_sound_beyond,
+    validated,
+)
 from core.workbench.earthquakes import Earthquakes, silent
 from core.workbench.fitting import fit
 
@@ -32,6 +41,50 @@ def test_the_right_effect_is_added_and_the_stand_in_removed(steps: list[Validate
     assert steps[0].error > 2 * steps[1].error
     assert steps[-1].error < 0.03
     assert list(steps[-1].errors) == ["event 0", "event 1", "event 2"]
+
+
+def test_stronger_earthquakes_are_predicted_by_weaker_ones(steps: list[Validated]) -> None:
+    """80 mm by 50 and 60 mm, and both stronger ones by 50 mm alone; only then is hardening worth adding."""
+    before, after = steps[0], steps[1]
+    assert [one.fitted_to for one in after.trials] == [("event 0", "event 2"), ("event 0",)]
+    assert [set(one.errors) for one in after.trials] == [{"event 1"}, {"event 1", "event 2"}]
+    assert [one.reach for one in after.trials] == [pytest.approx(80 / 60), pytest.approx(80 / 50)]
+    assert after.trials[0].errors["event 1"] == after.errors["event 1"]
+    assert before.error_in_stronger > 2 * after.error_in_stronger
+    assert before.error_in_stronger > before.error
+
+
+def test_the_error_beyond_the_range_is_at_least_that_of_the_truth(steps: list[Validated]) -> None:
+    """At 1.5 and 2 times 80 mm: the model with hardening is nearly right there, that without it is not."""
+    without, right = (beyond_range(step, seen()) for step in (steps[0], steps[-1]))
+    assert [one.displacement for one in right] == [pytest.approx(0.12), pytest.approx(0.16)]
+    for one in right:
+        assert one.error >= one.spread
+        assert truth_error(steps[-1], one.times) < one.error < 0.1
+    assert [one.error for one in without] > [2 * one.error for one in right]
+
+
+def truth_error(step: Validated, times: float) -> float:
+    """Error of the force over the true one, in the strongest earthquake's motion enlarged."""
+    one = seen().strongest
+    motion = (times * one.layer.displacement, times * one.layer.velocity, one.rate)
+    true, model = (force_history(each, *motion, one.conditions) for each in (HARD, step.model))
+    return float(np.linalg.norm(model - true) / np.linalg.norm(true))
+
+
+@pytest.mark.parametrize(
+    ("effects", "is_sound"),
+    [
+        ({"hardening": {"k3": 8e10, "k5": 0.0}}, True),
+        ({"hardening": {"k3": 0.0, "k5": 1e14}}, False),
+        ({"loop_shape": {"k_2": -9e8, "k_3": 0.0}}, False),
+    ],
+)
+def test_a_force_that_no_passive_layer_has_far_beyond_the_range_is_unsound(
+    effects: dict[str, dict[str, float]], is_sound: bool
+) -> None:
+    """Growth with the cube is allowed, with the fifth power it is not, and neither is a negative stiffness."""
+    assert is_sound_beyond(Isolator({**BOUC_WEN.effects, **effects}), seen()) is is_sound
 
 
 def test_a_search_that_may_add_no_more_effects_is_told_from_one_that_found_none(

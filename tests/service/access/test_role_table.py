@@ -122,6 +122,7 @@ GET /charts/effect.{form}
 GET /charts/model-diagnosis.{form}
 GET /charts/forecast-accelerations.{form}
 GET /charts/forecast-displacement.{form}
+GET /charts/improvement.{form}
 GET /charts/sketch-force.{form}
 GET /charts/sketch-law.{form}
 GET /charts/sketch-versions.{form}
@@ -330,6 +331,7 @@ QUERY = {
     "GET /charts/model-diagnosis.{form}": "number=1",
     "GET /charts/forecast-accelerations.{form}": "job=1",
     "GET /charts/forecast-displacement.{form}": "job=1",
+    "GET /charts/improvement.{form}": "job=1",
     "GET /charts/sketch-force.{form}": "job=1",
     "GET /charts/sketch-law.{form}": "job=1",
     "GET /charts/sketch-versions.{form}": "job=1",
@@ -365,6 +367,7 @@ NOTHING_THERE = {
     "GET /forecasts/{job_id}",
     "GET /charts/forecast-accelerations.{form}",
     "GET /charts/forecast-displacement.{form}",
+    "GET /charts/improvement.{form}",
     "GET /sketches/{job_id}",
     "GET /sensors/{job_id}",
     "GET /charts/added-sensors.{form}",

@@ -13,6 +13,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.paper import ISOLATOR
 from service.access import keys
 from service.access.auth import Role
+from service.jobs.tables import Job
+from service.models.results import LeftOut
 
 pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
@@ -85,6 +87,28 @@ def test_an_improvement_adds_what_is_missing_and_says_how_it_ended(
     assert "Improvement ended: " in api.get(f"/models/{improved['id']}").text
     before, after = api.get(f"/api/v1/models/{improved['id']}/lineage").json()["items"]
     assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    no_steps = api.get("/charts/improvement.svg", params={"job": job["id"]})
+    assert (no_steps.status_code, "/charts/improvement" in api.get(f"/models/{improved['id']}").text) == (404, False)
+    store_steps(sessions, job["id"])
+    for model, is_shown in ((improved["id"], True), (without, False)):
+        shown = f'/charts/improvement.svg?job={job["id"]}"' in api.get(f"/models/{model}").text
+        assert shown is is_shown, "by the version that the job made"
+    assert "<svg" in api.get("/charts/improvement.svg", params={"job": job["id"]}).text
+    lines = api.get("/charts/improvement.csv", params={"job": job["id"]}).text.splitlines()
+    assert len(lines) == 1 + 2 * 3  # two changes, two earthquakes left out and the stronger one by the weaker
+    assert any("stronger by weaker" in line and "+ bouc_wen" in line and "7.5" in line for line in lines)
+
+
+def store_steps(sessions: sessionmaker[Session], number: int) -> None:
+    """Steps as an improvement by two fitted events stores them."""
+    before = LeftOut(effect=None, added=True, errors={"one": 0.2, "two": 0.3}, error=0.25, error_in_stronger=0.3)
+    after = LeftOut(
+        effect="bouc_wen", added=True, errors={"one": 0.05, "two": 0.07}, error=0.06, error_in_stronger=0.075
+    )
+    with sessions.begin() as session:
+        job = session.get_one(Job, number)
+        document = {**(job.result or {})["fit"], "left_out": [one.model_dump() for one in (before, after)]}
+        job.result = {**(job.result or {}), "fit": document}
 
 
 REFUSED = (
