@@ -10,6 +10,9 @@ here, in steps of a millisecond, and not by the program's own laws.
     python -m benchmarks.extrapolation               onto the screen
     python -m benchmarks.extrapolation powers        one of the truths
     python -m benchmarks.extrapolation measured      the real building: errors in earthquakes left out
+
+Below each improvement stand two sets of effects for comparison, fitted to the same tests: those that a former choice,
+by earthquakes left out in turn alone, took for the real building, and those of the first kind of truth.
 """
 
 import sys
@@ -32,6 +35,7 @@ from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
 from core.comparison.compared import compare_forces
 from core.effects import EFFECTS
+from core.fitting.fit import weighted_fit
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
 from core.signals.conditioning import band_passed
@@ -40,7 +44,20 @@ from core.workbench.earthquakes import EPOCH, Earthquakes, peak, silent
 
 TESTS = ("CNP100", "LAC100", "SP100")
 SPANS = ((0.0, 39.0), (5.0, 51.0), (0.0, 63.0))
-"""s, of each test that is used: its strong motion, for the time that this takes."""
+"""s, of each test that simulated ones use: its strong motion, for the time that this takes."""
+MEASURED_SPANS = ((0.0, 38.0), (5.0, 50.0), (10.0, 140.0))
+"""s, of each test that the real building's use: their motion begins and ends small."""
+BEGUN = ("elastic", "viscous", "hysteresis_spectrum", "recent_softening")
+COMPARED = {
+    "eleven effects of the former choice": (
+        *BEGUN, "self_centring", "braced_relief", "mullins", "resonator", "maxwell", "softening_recovery", "loop_shape",
+        "braced_viscous", "relief",
+    ),
+    "effects of `powers`": (
+        *BEGUN, "lasting_softening", "strength_growth", "loop_shape", "stress_relaxation", "softening_recovery",
+    ),
+}  # fmt: skip
+"""Sets of effects beside which an improvement is shown."""
 STRONGER = ((1, -0.91), (0, 2.42), (2, -2.2))
 """Motions of the tests to predict: number of the earlier one, and the factor to its motion."""
 BAND = (0.1, 30.0)
@@ -229,7 +246,8 @@ def errors(model: Isolator, fitted: Sequence[Observation], stronger: Sequence[Ob
 def steps_table(name: str) -> Table:
     """Errors after each change of an improvement, where fitted, left out, in stronger tests, and at the truth's."""
     real = measured()
-    fitted, stronger = (real, ()) if name == "measured" else simulated(TRUTHS[name], real)
+    strong = tuple(_part(one, span) for one, span in zip(real, MEASURED_SPANS, strict=True))
+    fitted, stronger = (strong, ()) if name == "measured" else simulated(TRUTHS[name], real)
     seen = Earthquakes.of(fitted)
     started = time.process_time()
     rows, last = [], None
@@ -243,6 +261,7 @@ def steps_table(name: str) -> Table:
     if last is not None:
         for one in beyond_range(last, seen):
             about += f" At {one.times:g} times the range: spread {one.spread:.1%}, expected error {one.error:.1%}."
+    rows += [tuple(_compared(title, fitted, stronger)) for title in COMPARED]
     return Table(f"Improvement by {name}", about, headings, tuple(rows))
 
 
@@ -252,6 +271,16 @@ def _row(step: Validated, fitted: Sequence[Observation], stronger: Sequence[Obse
     yield _shown(each[: len(fitted)])
     yield _shown(list(step.errors.values()))
     yield "; ".join(_shown(list(trial.errors.values())) for trial in step.trials)
+    if stronger:
+        yield _shown(each[len(fitted) :])
+
+
+def _compared(title: str, fitted: Sequence[Observation], stronger: Sequence[Observation]) -> Iterator[str]:
+    model = weighted_fit(fitted, Isolator({effect: {} for effect in COMPARED[title]})).fit.model
+    each = errors(model, fitted, stronger)
+    yield title
+    yield _shown(each[: len(fitted)])
+    yield from ("", "")
     if stronger:
         yield _shown(each[len(fitted) :])
 

@@ -222,9 +222,10 @@ def extend(
 def improve(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
     """Diagnose the model and add what it lacks, by turns: its next version, a draft, with its errors.
 
-    Where something unknown is missing, each event is left out in turn, and effects are added as long as those left out
-    are predicted better; that takes minutes. The job's `result` has the number of the version `made`, and of the `fit`
-    the effects `taken`, the errors in events `left_out` after each change, and all of it in words.
+    Where something unknown is missing, stronger events are predicted by weaker ones, and effects are added as long as
+    this becomes better; that takes minutes. The job's `result` has the number of the version `made`, and of the `fit`
+    the effects `taken`, the errors in events `left_out` after each change, how much a prediction may err `beyond` the
+    range of the events, and all of it in words.
     """
     with sessions.begin() as session:
         return _queued(requests.improve(session, model_id, wanted, by.name, datetime.now(UTC)), response)
