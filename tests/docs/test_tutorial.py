@@ -105,10 +105,10 @@ def looked_at(browser: Browser, address: str, names: Iterable[str]) -> Iterator[
             page.goto(f"{address}{path}")
             still.goto(f"{address}{path}")
             hidden = [one for one in still.locator(SHOWN_STILL).all() if not one.is_visible()]
-            found = problems(page) + ["hidden without JavaScript"] * len(hidden)
-            japanese = client.get(path, headers={"Accept-Language": "ja"}).text
-            if not kind.startswith("/docs"):  # of programs, and in English
-                found += [f"in English: {text}" for text in english_left(japanese, names)]
+            found = ["hidden without JavaScript"] * len(hidden)
+            if not kind.startswith("/docs"):  # of programs, in English; tests/service/http/test_api_page.py looks at it
+                japanese = client.get(path, headers={"Accept-Language": "ja"}).text
+                found += problems(page) + [f"in English: {text}" for text in english_left(japanese, names)]
             yield kind, found
 
 
