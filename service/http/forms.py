@@ -1,13 +1,18 @@
 """Forms of pages: read, checked, and shown again with the typed values and the problems."""
 
+import re
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
+from email.message import Message
+from email.parser import BytesParser
+from email.policy import compat32
 from typing import Any, Generic, TypeVar
 from urllib.parse import parse_qs
 
 from fastapi import Request, Response
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
+from starlette.concurrency import run_in_threadpool
 
 from service.errors import ConflictError, FieldsError, ServiceError, TooLargeError, TooManyRequestsError
 
@@ -94,6 +99,69 @@ def posted(model: type[Wanted], most: int = MOST) -> Callable[[Request], Corouti
     return read
 
 
+@dataclass(frozen=True, slots=True)
+class SentFile:
+    """A file of a form."""
+
+    name: str
+    """As the browser sends it, without a folder."""
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class PostedFiles(Generic[Wanted]):
+    """A form with files."""
+
+    form: Posted[Wanted]
+    files: tuple[SentFile, ...]
+    """Those that were chosen."""
+
+
+def posted_with_files(model: type[Wanted], most: int) -> Callable[[Request], Coroutine[Any, Any, PostedFiles[Wanted]]]:
+    """A dependency that reads the form of a page, with the files that were chosen; arguments as of `posted`."""
+
+    async def read(request: Request) -> PostedFiles[Wanted]:
+        kind = request.headers.get("content-type", "")
+        if not kind.lower().startswith("multipart/form-data"):
+            return PostedFiles(Posted(model, fields_of(await read_body(request, MOST))), ())
+        body = await read_bytes(request, most)
+        fields, files = await run_in_threadpool(parts, kind, body)
+        return PostedFiles(Posted(model, fields), files)
+
+    return read
+
+
+def parts(kind: str, body: bytes) -> tuple[dict[str, str], tuple[SentFile, ...]]:
+    """Fields of a form with files, each once, and the files; bytes stay as they are.
+
+    Args:
+        kind: its media type, with the boundary.
+        body: as it was sent.
+    """
+    message = BytesParser(policy=compat32).parsebytes(b"Content-Type: " + kind.encode("latin-1") + b"\r\n\r\n" + body)
+    fields, files = dict[str, str](), list[SentFile]()
+    found = message.get_payload()
+    for part in found if isinstance(found, list) else ():
+        data = part.get_payload(decode=True) if isinstance(part, Message) else None
+        if not isinstance(part, Message) or not isinstance(data, bytes):
+            continue  # parts within a part are none of a form
+        about = _disposition(part)
+        filename = about.get_filename()
+        if filename is None:
+            fields[str(about.get_param("name", "", "content-disposition"))] = data.decode("utf-8", "replace").strip()
+        elif filename and data:
+            files.append(SentFile(re.split(r"[/\\]", filename)[-1], data))
+    return fields, tuple(files)
+
+
+def _disposition(part: Message) -> Message:
+    """The header that names a part; browsers write names in UTF-8."""
+    raw = next((value for name, value in part.raw_items() if name.lower() == "content-disposition"), "")
+    about = Message()
+    about["Content-Disposition"] = str(raw).encode("ascii", "surrogateescape").decode("utf-8", "replace")
+    return about
+
+
 def fields_of(body: str) -> dict[str, str]:
     """The fields of a posted form, each once, without spaces around them."""
     return {name: values[-1].strip() for name, values in parse_qs(body).items()}
@@ -163,9 +231,20 @@ async def read_body(request: Request, most: int) -> str:
     TooLargeError
         It is longer than `most` bytes; the rest of it is not read.
     """
+    return (await read_bytes(request, most)).decode("utf-8", "replace")
+
+
+async def read_bytes(request: Request, most: int) -> bytes:
+    """The posted bytes.
+
+    Raises
+    ------
+    TooLargeError
+        There are more than `most`; the rest is not read.
+    """
     body = bytearray()
     async for chunk in request.stream():
         body += chunk
         if len(body) > most:
             raise TooLargeError(f"The posted text is longer than {most} bytes; send several shorter ones.")
-    return body.decode("utf-8", "replace")
+    return bytes(body)

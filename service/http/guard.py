@@ -8,6 +8,7 @@
 """
 
 import asyncio
+import re
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
@@ -43,6 +44,10 @@ BODY = 64 * 2**10
 """Largest body in bytes, except that of a posted request to /fdsnws."""
 FDSN_BODY = 2**20
 """Largest body of a posted request to /fdsnws, bytes."""
+UPLOAD = 16 * 2**20
+"""Largest body of an uploaded ground motion, bytes: an hour of three components at 200 samples a second, as text."""
+UPLOADS = re.compile(r"/models/\d{1,10}/forecast|/api/v1/models/\d{1,10}/forecasts/uploaded", re.ASCII)
+"""Paths that ground motions are uploaded to."""
 REQUESTS = 8
 """Requests of one caller in progress at the same time; fewer than the database has connections."""
 STREAMS = 16
@@ -247,6 +252,8 @@ def _is_fdsn_request(request: Request) -> bool:
 
 
 def _most(request: Request) -> int:
+    if UPLOADS.fullmatch(request.url.path):
+        return UPLOAD
     return FDSN_BODY if _is_fdsn_request(request) else BODY
 
 

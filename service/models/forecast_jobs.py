@@ -1,10 +1,12 @@
-"""Jobs that forecast the response to the ground motion of a stored earthquake."""
+"""Jobs that forecast the response to the ground motion of a stored earthquake, or to one that was uploaded."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from pathlib import PurePath
 from typing import Any
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
@@ -26,8 +28,17 @@ from service.models.forecasting import forecast
 from service.models.inputs import FITTED, EventInputs, WorkInputs, stored_event, work_inputs
 from service.models.model_file import ModelFile
 from service.models.results import as_json
-from service.records.tables import Event
+from service.models.uploads import uploaded_motion
+from service.records.tables import Content, Event
 from service.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Uploaded:
+    """A file of a ground motion."""
+
+    name: str
+    data: bytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +48,7 @@ class ForecastInputs:
     work: WorkInputs
     file: BuildingFile
     """Limits and design spectrum of the building."""
-    motion: EventInputs
+    motion: EventInputs | Uploaded
     name: str
     """Name of the motion: with the building's code if it is another one's."""
     at: datetime
@@ -58,36 +69,36 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> ForecastInputs
                 replace(one, event=replace(one.event, is_held_out=one.event.role != FITTED)) for one in work.events
             ),
         )
+    file = building_store.parsed(session.get_one(Revision, work.revision_id))
+    at = session.get_one(Job, claim.job_id).created_at
+    if (uploaded := claim.arguments.get("motion")) is not None:
+        data = session.scalars(select(Content.data).where(Content.sha256 == uploaded["sha256"])).one_or_none()
+        if data is None:
+            raise RecordError(texts.FILE_GONE)
+        name = uploaded["name"]
+        return ForecastInputs(work, file, Uploaded(name, data), PurePath(name).stem, at)
     event = session.get(Event, claim.arguments["earthquake"])
     if event is None:
         raise RecordError(str(NotFoundError("event", claim.arguments["earthquake"])))
     motion = stored_event(session, event)
-    file = building_store.parsed(session.get_one(Revision, work.revision_id))
     code = session.get_one(Building, event.building_id).code
     name = motion.event.name if code == work.description.code else f"{code}, {motion.event.name}"
-    return ForecastInputs(work, file, motion, name, session.get_one(Job, claim.job_id).created_at)
+    return ForecastInputs(work, file, motion, name, at)
 
 
 def stages(of: ForecastInputs) -> Sequence[Stage]:
     """Stages of a forecast: each event, that of the ground motion, then the response."""
-    made_from = of.motion.made_from
     count = len(of.work.events)
-    moving = Stage(
-        texts.reading_event(of.motion.event.name),
-        analyse,
-        lambda _, report_step: (made_from.segments, made_from.description, made_from.settings),
-        made_from.key,
-    )
     return (
         *observing(of.work),
-        moving,
+        _moving(of),
         Stage(
             texts.FORECASTING,
             forecast_document,
             lambda done, report_step: (
                 given(of.work),
                 records(of.work, done[:count]),
-                ground_motion(of.name, done[count], made_from.description.ground.name),
+                done[count] if isinstance(of.motion, Uploaded) else _of_event(of.name, of.motion, done[count]),
                 of.file,
                 scaling(of.work.arguments, of.file),
                 of.at,
@@ -96,6 +107,20 @@ def stages(of: ForecastInputs) -> Sequence[Stage]:
             ),
         ),
     )
+
+
+def _moving(of: ForecastInputs) -> Stage:
+    """The stage that reads the ground motion."""
+    if isinstance(of.motion, Uploaded):
+        given_file = (of.motion.name, of.motion.data, of.file)
+        return Stage(texts.UPLOADED, uploaded_motion, lambda _, report_step: given_file)
+    made_from = of.motion.made_from
+    arguments = (made_from.segments, made_from.description, made_from.settings)
+    return Stage(texts.reading_event(of.motion.event.name), analyse, lambda _, report_step: arguments, made_from.key)
+
+
+def _of_event(name: str, event: EventInputs, analysis: EventAnalysis) -> GroundMotion:
+    return ground_motion(name, analysis, event.made_from.description.ground.name)
 
 
 def forecast_document(

@@ -12,7 +12,7 @@ from core.errors import RecordError
 from core.forecasting.ground_motion import GroundMotion, Scaling, ToDisplacement, ToPga, ToSpectrum
 from core.record import Direction, Quantity
 from service.buildings.description import BuildingFile
-from service.formats import FormatError, Trace, UnknownUnitError, read
+from service.formats import Contents, FormatError, Trace, UnknownUnitError, read
 from service.formats.trace import RATES, overlapping
 from service.formats.units import unit_gain
 
@@ -65,7 +65,11 @@ def motions(paths: Sequence[Path], building: BuildingFile) -> tuple[GroundMotion
 
 def of_file(stem: str, name: str, data: bytes, building: BuildingFile) -> tuple[Component, ...]:
     """Components of ground motions in a file; errors as of `motions`."""
-    contents = read(name, data, building.gains)
+    return of_contents(stem, name, read(name, data, building.gains), building)
+
+
+def of_contents(stem: str, name: str, contents: Contents, building: BuildingFile) -> tuple[Component, ...]:
+    """Components of ground motions in the contents of a file; errors as of `motions`."""
     ground = {
         channel.id: channel.direction
         for channel in building.description.channels

@@ -19,11 +19,20 @@ from service.errors import ConflictError
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, IMPROVE, SKETCH
 from service.jobs.tables import Job
-from service.models import queries, store, texts
+from service.models import queries, store, texts, uploads
 from service.models.queries import DIRECTIONS
-from service.models.schema import EffectRequest, FitRequest, ForecastRequest, ModelRequest, SketchRequest, WorkRequest
+from service.models.schema import (
+    EffectRequest,
+    FitRequest,
+    ForecastRequest,
+    ForecastScaling,
+    ModelRequest,
+    SketchRequest,
+    WorkRequest,
+)
 from service.models.store import Draft
 from service.models.tables import ModelVersion
+from service.models.uploads import MotionFile
 from service.records import queries as record_queries
 
 
@@ -146,17 +155,35 @@ def forecast(session: Session, model_id: int, wanted: ForecastRequest, by: str, 
         ConflictError: it is not analysed, no event shows the model's error, it is to be scaled to several things, or
             the building file has no design spectrum to scale to.
     """
-    if sum([wanted.pga is not None, wanted.displacement is not None, wanted.design_spectrum]) > 1:
-        raise ConflictError(texts.ONE_SCALING)
     model = queries.version(session, model_id)
-    _check(session, model, None)
+    _check_scaling(session, model, wanted)
     event = record_queries.event(session, wanted.earthquake)
     if session.scalar(select(Analysis.id).where(Analysis.event_id == event.id, Analysis.current)) is None:
         raise ConflictError(texts.not_analysed(event.id))
-    file = described(session, model.building)
-    if wanted.design_spectrum and file.design_spectrum is None:
-        raise ConflictError(texts.NO_DESIGN_SPECTRUM)
     return job_queue.enqueue_work(session, model, FORECAST, wanted.model_dump(exclude_none=True), by, now)
+
+
+def forecast_uploaded(
+    session: Session, model_id: int, file: MotionFile, wanted: ForecastScaling, by: str, now: datetime
+) -> Job:
+    """Queue a forecast of the response to an uploaded ground motion, which `uploads.check` has accepted.
+
+    Raises:
+        ConflictError: as of `forecast`.
+    """
+    model = queries.version(session, model_id)
+    _check_scaling(session, model, wanted)
+    motion = {"name": file.name, "sha256": uploads.keep(session, file)}
+    arguments = {"motion": motion, **wanted.model_dump(exclude_none=True)}
+    return job_queue.enqueue_work(session, model, FORECAST, arguments, by, now)
+
+
+def _check_scaling(session: Session, model: ModelVersion, wanted: ForecastScaling) -> None:
+    if sum([wanted.pga is not None, wanted.displacement is not None, wanted.design_spectrum]) > 1:
+        raise ConflictError(texts.ONE_SCALING)
+    _check(session, model, None)
+    if wanted.design_spectrum and described(session, model.building).design_spectrum is None:
+        raise ConflictError(texts.NO_DESIGN_SPECTRUM)
 
 
 def _fitting(session: Session, model: ModelVersion, wanted: FitRequest) -> dict[str, object]:

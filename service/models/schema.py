@@ -16,6 +16,7 @@ from service.http.forms import ticked
 from service.http.parameters import LARGEST
 from service.models.motions import size
 from service.models.results import Findings, MisfitOut, PredictionOut
+from service.models.texts import NO_MOTION
 from service.schema import Answer, Number, Page, Series
 
 
@@ -244,17 +245,11 @@ class KeepRequest(BaseModel):
     name: str = Field(description="Name of the effect.", pattern=NEW_EFFECT, examples=["our_wall"])
 
 
-class ForecastRequest(BaseModel):
-    """A ground motion to forecast the response to: that of a stored earthquake, scaled to one thing at most."""
+class ForecastScaling(BaseModel):
+    """What a ground motion is scaled to, one thing at most, and the isolators' temperature."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid")
 
-    earthquake: Annotated[int, BeforeValidator(whole)] = Field(
-        description="Number of a stored event whose ground motion is used, of this building or of another one.",
-        ge=1,
-        le=LARGEST,
-        examples=[1],
-    )
     pga: float | None = Field(
         None, description="m/s², peak ground acceleration to scale to.", gt=0, le=STRONGEST, allow_inf_nan=False
     )
@@ -271,12 +266,25 @@ class ForecastRequest(BaseModel):
     )
 
 
+class ForecastRequest(ForecastScaling):
+    """A ground motion to forecast the response to: that of a stored earthquake, scaled to one thing at most."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    earthquake: Annotated[int, BeforeValidator(whole)] = Field(
+        description="Number of a stored event whose ground motion is used, of this building or of another one.",
+        ge=1,
+        le=LARGEST,
+        examples=[1],
+    )
+
+
 class ForecastForm(BaseModel):
     """The same by a form: a size with its unit, and what it is of."""
 
     model_config = ConfigDict(extra="ignore", strict=True)
 
-    earthquake: str = Field(pattern=r"^\d{1,9}$")
+    earthquake: str = Field("", pattern=r"^\d{1,9}$")
     scaling: Literal["none", "pga", "displacement", "design_spectrum"] = "none"
     size: str = Field("", max_length=40)
 
@@ -287,7 +295,14 @@ class ForecastForm(BaseModel):
         Raises:
             FieldsError: the size is no number, has another unit, or is impossible.
         """
-        given: dict[str, object] = {"earthquake": int(self.earthquake)}
+        if not self.earthquake:
+            raise FieldsError({"earthquake": NO_MOTION})
+        return ForecastRequest(earthquake=int(self.earthquake), **self.wanted_scaling.model_dump())
+
+    @property
+    def wanted_scaling(self) -> ForecastScaling:
+        """What the motion is scaled to; units and errors as of `request`."""
+        given: dict[str, object] = {}
         try:
             if self.scaling == "pga":
                 given["pga"] = size(self.size, "acceleration", "gal")
@@ -295,7 +310,7 @@ class ForecastForm(BaseModel):
                 given["displacement"] = size(self.size, "displacement", "mm")
             elif self.scaling == "design_spectrum":
                 given["design_spectrum"] = True
-            return ForecastRequest.model_validate(given)
+            return ForecastScaling.model_validate(given)
         except RecordError as error:
             raise FieldsError({"size": str(error)}) from None
         except ValidationError as error:

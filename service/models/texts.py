@@ -197,6 +197,16 @@ NOTHING_PROPOSED = "The sketch proposes no law that could be kept."
 SKETCHED_EARLIER = "An earlier version made this sketch and did not store its law as values; sketch again."
 
 
+FILE_GONE = "The uploaded file is no longer stored; send it again."
+UPLOADED = "Reading the ground motion"
+NO_MOTION = "choose an earthquake, or a file of a ground motion"
+
+
+def too_many_files(most: int) -> str:
+    """Refusal of an upload."""
+    return f"A ground motion has at most {most} files; send fewer, or one ZIP archive."
+
+
 def unknown_term(name: str, problem: str) -> str:
     """Refusal of a kept effect that another version of Menshin kept."""
     return f"This version of Menshin cannot write the effect {name!r}: {problem}."

@@ -3,23 +3,27 @@
 from datetime import UTC, datetime
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Depends, Response
+from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
 
 from service.access.auth import Caller, engineer
 from service.buildings import queries as building_queries
+from service.buildings.store import described
+from service.http.forms import read_bytes
+from service.http.guard import UPLOAD
 from service.http.paging import Before, Cursor, Limit, RowLimit, next_place, page_by_number, place
 from service.http.parameters import AnyModelDirection, AnyModelState, Code, ModelId, Reading, Writing
 from service.http.problems import openapi_responses
 from service.http.responses import TaggedRoute, responses, table_responses
 from service.jobs.schema import JobOut
 from service.jobs.tables import Job
-from service.models import answers, queries, requests, store
+from service.models import answers, queries, requests, store, uploads
 from service.models.model_file import written
 from service.models.schema import (
     Comparisons,
     EffectRequest,
     FitRequest,
     ForecastRequest,
+    ForecastScaling,
     Lineage,
     ModelOut,
     ModelRequest,
@@ -28,12 +32,19 @@ from service.models.schema import (
     Trend,
     WorkRequest,
 )
+from service.models.uploads import MotionFile
+from service.parsing.process import limits
 
 router = APIRouter(tags=["models"], route_class=TaggedRoute)
 
 By = Annotated[Caller, Depends(engineer)]
 TOML = "application/toml"
 LOCATION = {"description": "Address of what was made.", "schema": {"type": "string"}}
+
+
+async def body(request: Request) -> bytes:
+    """The body of an upload."""
+    return await read_bytes(request, UPLOAD)
 
 
 def making(*statuses: int) -> dict[int | str, dict[str, Any]]:
@@ -292,6 +303,45 @@ def forecast(
     """
     with sessions.begin() as session:
         return _queued(requests.forecast(session, model_id, wanted, by.name, datetime.now(UTC)), response)
+
+
+@router.post(
+    "/models/{model_id}/forecasts/uploaded",
+    operation_id="forecast_uploaded_motion",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+def forecast_uploaded(
+    request: Request,
+    model_id: ModelId,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    data: Annotated[bytes, Depends(body)],
+    wanted: Annotated[ForecastScaling, Query()],
+    name: Annotated[str, Header(alias="X-File-Name", description="Name of the file.", max_length=100)] = "motion",
+) -> JobOut:
+    """Forecast the response to the ground motion of a file, as if it came now.
+
+    The body is a file of any format that Menshin reads, or a ZIP archive of several, such as one for each component; 16
+    MiB at most. Of the building's own records the ground's accelerations are taken, of others every acceleration, by
+    the last letter of its channel code. 409 gives the reason why a file cannot be used.
+    """
+    file = MotionFile(name, data)
+    with sessions() as session:
+        building = described(session, queries.version(session, model_id).building)
+    uploads.check(file, building, limits(request.app.state.settings))
+    with sessions.begin() as session:
+        return _queued(
+            requests.forecast_uploaded(session, model_id, file, wanted, by.name, datetime.now(UTC)), response
+        )
 
 
 def _queued(job: Job, response: Response) -> JobOut:

@@ -9,25 +9,28 @@ from starlette.responses import RedirectResponse
 
 from service.access.auth import Caller, engineer
 from service.access.pages import reader
-from service.buildings.store import zone
+from service.buildings.store import described, zone
 from service.errors import NotFoundError
-from service.http.forms import Posted, answered, posted
+from service.http.forms import PostedFiles, answered, posted_with_files
+from service.http.guard import UPLOAD
 from service.http.parameters import JobId, ModelId, Reading, Writing
 from service.http.rendering import page
 from service.jobs import requests as job_requests
 from service.jobs.tables import Job
-from service.models import answers, queries, requests
+from service.models import answers, queries, requests, uploads
 from service.models.api.kept_effects import knowing
 from service.models.forecast_results import ForecastDocument
 from service.models.forecast_words import limit_row, peak_row
 from service.models.pages.models import shown_model
 from service.models.schema import ForecastForm
+from service.models.uploads import MotionFile
+from service.parsing.process import limits
 
 router = APIRouter(include_in_schema=False)
 
 Reader = Annotated[Caller, Depends(knowing(reader))]
 By = Annotated[Caller, Depends(knowing(engineer))]
-Forecasting = Annotated[Posted[ForecastForm], Depends(posted(ForecastForm))]
+Forecasting = Annotated[PostedFiles[ForecastForm], Depends(posted_with_files(ForecastForm, UPLOAD))]
 
 
 @router.get("/forecasts/{job_id}")
@@ -59,12 +62,20 @@ def _forecast(session: Session, job_id: int) -> tuple[Job, ForecastDocument]:
 
 
 @router.post("/models/{model_id}/forecast")
-def forecast(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Forecasting) -> Response:
-    """Forecast the response to a stored earthquake, and show the progress."""
+def forecast(request: Request, model_id: ModelId, sessions: Writing, by: By, sent: Forecasting) -> Response:
+    """Forecast the response to a stored earthquake or to an uploaded motion, and show the progress."""
 
     def act(wanted: ForecastForm) -> Response:
+        if not sent.files:
+            with sessions.begin() as session:
+                number = requests.forecast(session, model_id, wanted.request, by.name, datetime.now(UTC)).id
+            return RedirectResponse(f"/jobs/{number}", 303)
+        file, scaling = uploads.one_file([MotionFile(one.name, one.data) for one in sent.files]), wanted.wanted_scaling
+        with sessions() as session:
+            building = described(session, queries.version(session, model_id).building)
+        uploads.check(file, building, limits(request.app.state.settings))
         with sessions.begin() as session:
-            number = requests.forecast(session, model_id, wanted.request, by.name, datetime.now(UTC)).id
+            number = requests.forecast_uploaded(session, model_id, file, scaling, by.name, datetime.now(UTC)).id
         return RedirectResponse(f"/jobs/{number}", 303)
 
-    return answered("forecast", form, act, lambda why: shown_model(request, model_id, sessions, by, refused=why))
+    return answered("forecast", sent.form, act, lambda why: shown_model(request, model_id, sessions, by, refused=why))

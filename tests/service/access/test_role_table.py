@@ -183,6 +183,7 @@ POST /api/v1/models/{model_id}/accept
 POST /api/v1/models/{model_id}/comparisons
 POST /api/v1/models/{model_id}/diagnoses
 POST /api/v1/models/{model_id}/forecasts
+POST /api/v1/models/{model_id}/forecasts/uploaded
 POST /api/v1/models/{model_id}/improvements
 POST /api/v1/models/{model_id}/sketches
 POST /api/v1/buildings/{code}/added-sensors

@@ -82,7 +82,7 @@ def test_the_page_of_the_building_leads_to_the_result(api: TestClient, sessions:
     assert "<svg" in api.get("/charts/added-sensors.svg", params=chart).text
     table = api.get("/charts/added-sensors.csv", params=chart).text.splitlines()
     assert len(table) == 1 + words.count('<tr class="number"><td>') - 1, "one line for each level"
-    assert f'href="/jobs/{number}"' in api.get("/buildings/PAPER").text
+    assert f'href="/sensors/{number}"' in api.get("/buildings/PAPER").text
     assert api.get("/charts/added-sensors.svg", params=chart | {"direction": "y"}).status_code == 404
     assert api.get("/sensors/1").status_code == 404, "the first job analysed an earthquake"
 

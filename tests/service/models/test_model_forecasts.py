@@ -2,10 +2,12 @@
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import unescape
+from math import exp, sin
 from pathlib import Path
 from shutil import which
+from typing import Any
 
 import monitored_building
 import pytest
@@ -17,6 +19,7 @@ from playwright.sync_api import sync_playwright
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
+from service.http.guard import UPLOAD
 
 pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
@@ -107,6 +110,80 @@ def test_the_pages_lead_from_a_form_to_a_forecast(api: TestClient, sessions: ses
         assert len(lines.splitlines()) > 5
     assert f'href="/forecasts/{job.rpartition("/")[2]}"' in api.get(f"/models/{model}").text
     assert api.get("/forecasts/99").status_code == 404
+
+
+def csv(direction: str, values: Sequence[float]) -> bytes:
+    """A file of one component from elsewhere, gal."""
+    lines = ["# start: 2024-01-01T00:00:00Z", "# rate: 100", f"YY.ELSE.00.HN{direction} [gal]", *map(repr, values)]
+    return "\n".join(lines).encode()
+
+
+def pulse(size: float) -> list[float]:
+    return [size * sin(0.05 * n) * exp(-(((n - 1000) / 300) ** 2)) for n in range(2000)]
+
+
+def test_an_uploaded_record_moves_the_isolators_as_the_stored_earthquake_does(
+    api: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    address = f"/api/v1/models/{create_model(api, TRUTH)}/forecasts"
+    (stored,) = finished_job(api, sessions, address, {"earthquake": 1})["result"]["forecast"]["forecasts"]
+    sent = api.post(
+        f"{address}/uploaded", content=monitored_building.earthquakes()[0], headers={"X-File-Name": "first.mseed"}
+    )
+    assert sent.status_code == 202, sent.text
+    assert sent.json()["arguments"]["motion"]["name"] == "first.mseed"
+    work(sessions)
+    (found,) = api.get(sent.headers["location"]).json()["result"]["forecast"]["forecasts"]
+    assert found["motion"] == "first"
+    assert found["pga"] == pytest.approx(stored["pga"], rel=0.05)
+    for one, other in zip(found["peaks"], stored["peaks"], strict=True):
+        assert (one["quantity"], one["level"]) == (other["quantity"], other["level"])
+        assert one["value"] == pytest.approx(other["value"], rel=0.05), one
+
+
+def test_components_in_files_of_their_own_are_one_motion_by_the_page(
+    api: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    """Names of files may have any letters."""
+    model = create_model(api, TRUTH)
+    assert 'type="file"' in api.get(f"/models/{model}").text
+    files = [("motion", (f"記録 {name}.csv", csv(name, pulse(size)))) for name, size in (("E", 200.0), ("N", 100.0))]
+    sent = api.post(f"/models/{model}/forecast", data={"scaling": "pga", "size": "300"}, files=files)
+    assert sent.status_code == 303, sent.text
+    work(sessions)
+    shown = unescape(api.get(sent.headers["location"], follow_redirects=True).text)
+    assert "記録 E" in shown
+    assert "300 gal" in shown
+
+
+@pytest.mark.parametrize(
+    ("content", "query", "status", "reason"),
+    [
+        (b"no record", {}, 409, "motion"),
+        (csv("E", [1.0, 2.0]).replace(b"[gal]", b"[mm]"), {}, 409, "it has no acceleration"),
+        (csv("Q", pulse(1.0)), {}, 409, "the direction of YY.ELSE.00.HNQ is not known"),
+        (csv("E", pulse(1.0)), {"pga": 1.0, "displacement": 0.1}, 409, "scale to one thing"),
+        (csv("E", pulse(1.0)), {"design_spectrum": True}, 409, "no [design_spectrum]"),
+        (csv("E", pulse(1.0)), {"pga": -1.0}, 422, "greater than 0"),
+        (b"x" * (UPLOAD + 1), {}, 413, str(UPLOAD)),
+    ],
+)
+def test_files_that_cannot_be_used_are_refused_in_words(
+    api: TestClient, content: bytes, query: dict[str, Any], status: int, reason: str
+) -> None:
+    address = f"/api/v1/models/{create_model(api, TRUTH)}/forecasts/uploaded"
+    answer = api.post(address, params=query, content=content)
+    assert (answer.status_code, reason in answer.text) == (status, True), answer.text
+
+
+def test_the_page_says_why_a_file_or_a_missing_one_is_refused(api: TestClient) -> None:
+    address = f"/models/{create_model(api, TRUTH)}/forecast"
+    wrong = api.post(address, data={"scaling": "none"}, files=[("motion", ("a.csv", b"no record"))])
+    assert (wrong.status_code, "a.csv" in wrong.text) == (409, True)
+    none = api.post(address, data={"scaling": "none"}, files=[("motion", ("", b""))])
+    assert "Choose an earthquake, or a file of a ground motion" in unescape(none.text)
+    many = api.post(address, data={"scaling": "none"}, files=[("motion", (f"{n}.csv", b"1")) for n in range(13)])
+    assert "at most 12 files" in many.text
 
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
