@@ -29,6 +29,8 @@ GAP = 16
 """Pixels between the windows."""
 PATIENCE = 120.0
 """s, for a page of a busy machine."""
+ENTRY = re.compile(r"## `(.+)`\n\n!\[(.+)\]\(")
+"""Kind and title of a page in the document."""
 OPENING = """\
 # Every page
 
@@ -46,11 +48,15 @@ create` made for the database of each demonstration. Long pages are cut.
 def write(
     addresses: Annotated[list[str], typer.Argument(help="Addresses of the demonstrations.")],
     key: Annotated[list[str], typer.Option(help="Key of an administrator of each, in the same order.")],
+    only: Annotated[list[str] | None, typer.Option(help="A kind of page, such as /sensors/N; the others stay.")] = None,
 ) -> None:
     """Take the pictures, and write the page."""
-    shutil.rmtree(PICTURES, ignore_errors=True)
-    PICTURES.mkdir()
     titles: dict[str, str] = {}
+    if only is None:
+        shutil.rmtree(PICTURES, ignore_errors=True)
+        PICTURES.mkdir()
+    else:
+        titles = {kind: title for kind, title in ENTRY.findall(TARGET.read_text("utf-8")) if kind not in only}
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
         for address, secret in zip(addresses, key, strict=True):
@@ -58,7 +64,7 @@ def write(
             with reader(address) as client:
                 client.headers.update(headers)
                 for kind, path in pages(client, ("/", "/login")):
-                    if kind not in titles:
+                    if kind not in titles and (only is None or kind in only):
                         file = PICTURES / f"{name(kind)}.webp"
                         titles[kind] = take(browser, f"{address}{path}", headers, file)
         browser.close()
