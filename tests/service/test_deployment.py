@@ -31,6 +31,9 @@ COMMANDS = set(typer.main.get_command(app).commands)  # type: ignore[attr-define
 DIGEST = re.compile(r"@sha256:[0-9a-f]{64}$")
 OF_THE_IMAGE = frozenset({"dask", "traces"})
 """Extras that the image has."""
+KUBERNETES = "1.31"
+"""Version whose schemas the manifests follow."""
+CERTIFICATES = {f"/certificates/{name}.pem" for name in ("ca", "certificate", "key")}
 SYSTEMD = shutil.which("systemd-analyze")
 
 
@@ -177,3 +180,70 @@ def test_systemd_accepts_the_units_and_finds_them_confined(unit: str, tmp_path: 
         [SYSTEMD, "security", "--offline=yes", "--threshold=20", copy], capture_output=True, text=True
     )
     assert judged.returncode == 0, judged.stdout[-2000:]  # exposure 1.6 of 10, measured
+
+
+@pytest.fixture(scope="module")
+def manifests() -> list[dict[str, Any]]:
+    """The objects for Kubernetes."""
+    return list(yaml.safe_load_all((DOCKER / "kubernetes" / "menshin.yaml").read_text("utf-8")))
+
+
+def test_kubernetes_accepts_the_manifests(manifests: list[dict[str, Any]]) -> None:
+    from kubernetes_validate import validate
+
+    for one in manifests:
+        validate(one, KUBERNETES, strict=True)
+    assert [one["kind"] for one in manifests] == ["Service"] * 2 + ["Deployment"] * 6 + ["NetworkPolicy"]
+
+
+def test_pods_run_without_rights_and_those_of_dask_without_settings(manifests: list[dict[str, Any]]) -> None:
+    pods = {one["metadata"]["name"]: one["spec"] for one in manifests if one["kind"] == "Deployment"}
+    services = {one["metadata"]["name"]: one["spec"]["selector"] for one in manifests if one["kind"] == "Service"}
+    for name, deployed in pods.items():
+        labels, pod = deployed["template"]["metadata"]["labels"], deployed["template"]["spec"]
+        (container,) = pod["containers"]
+        assert deployed["selector"]["matchLabels"].items() <= labels.items()
+        assert pod["securityContext"]["runAsUser"] == 10001, "the image's"
+        assert pod["enableServiceLinks"] is False
+        assert container["securityContext"]["readOnlyRootFilesystem"] is True
+        assert container["securityContext"]["capabilities"] == {"drop": ["ALL"]}
+        given = {one["name"] for one in container.get("env", ())}
+        secrets = {one["secretRef"]["name"] for one in container.get("envFrom", ())}
+        if name.startswith("dask-"):
+            assert not secrets, "neither settings nor a database"
+            assert not any(one.startswith("MENSHIN_") for one in given)
+            assert labels["cluster"] == "dask", "what the network policy selects"
+        else:
+            assert container["command"] == ["menshin", name]
+            assert name in COMMANDS
+            assert secrets == {"menshin"}
+            assert given <= VARIABLES
+    for name, selector in services.items():
+        assert selector.items() <= pods[name]["template"]["metadata"]["labels"].items()
+
+
+def test_dask_in_kubernetes_understands_its_commands_and_variables(manifests: list[dict[str, Any]]) -> None:
+    import dask
+    from dask.config import collect_env
+    from distributed import Security
+    from distributed.cli import dask_scheduler, dask_worker
+
+    pods = {
+        one["metadata"]["name"]: one["spec"]["template"]["spec"] for one in manifests if one["kind"] == "Deployment"
+    }
+    for name, command, role in (
+        ("dask-scheduler", dask_scheduler.main, "scheduler"),
+        ("dask-worker", dask_worker.main, "worker"),
+    ):
+        (container,) = pods[name]["containers"]
+        command.make_context(name, list(container["command"][2:]))  # as the command line does, or it raises
+        tls = collect_env({one["name"]: one["value"] for one in container["env"]})["distributed"]["comm"]["tls"]
+        files = {"ca_file": tls["ca_file"]} | {f"{role}.{file}": path for file, path in tls[role].items()}
+        with dask.config.set({f"distributed.comm.tls.{file}": path for file, path in files.items()}):
+            found = Security().get_tls_config_for_role(role)
+        assert {found[file] for file in ("ca_file", "cert", "key")} == CERTIFICATES
+    (work,) = pods["work"]["containers"]
+    given = {one["name"]: one["value"] for one in work["env"]}
+    assert {value for name, value in given.items() if "DASK_TLS" in name} == CERTIFICATES
+    address = pods["dask-worker"]["containers"][0]["command"][2]
+    assert given["MENSHIN_JOBS__DASK_ADDRESS"] == address == "tls://dask-scheduler:8786"
