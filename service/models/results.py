@@ -389,8 +389,8 @@ class BeyondOut(Result):
         "force."
     )
     error: float | None = Field(
-        description="Error over the force that is to be expected: of this difference, and of the worst prediction of "
-        "stronger earthquakes by weaker ones."
+        description="Error over the force that is to be expected: of twice this difference, and of the worst "
+        "prediction of stronger earthquakes by weaker ones."
     )
 
 
