@@ -24,7 +24,7 @@ from core.model.force_response import (
     parameter_directions,
     state_history,
 )
-from core.model.isolator import Isolator, Key, PackedModel, carried, packed
+from core.model.isolator import Isolator, Key, PackedModel, are_carried, packed
 from core.record import Direction
 from core.signals.whitening import Whitening
 
@@ -170,7 +170,7 @@ def columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
 
 def _columns(data: FitData, isolator: Isolator, wanted: Sequence[Key], values: tuple[object, ...]) -> Matrix:
     matrices: list[Matrix] = []
-    model = packed(isolator)
+    model, kept = packed(isolator), are_carried(isolator)
     followed = data.memory.states.of(values, lambda: _states(data, isolator, model))
     towards = parameter_directions(model, isolator, wanted)
     last: dict[Direction, Matrix] = {}
@@ -178,7 +178,7 @@ def _columns(data: FitData, isolator: Isolator, wanted: Sequence[Key], values: t
     each = zip(data.observations, data.excitations, data.whitenings, spans, strict=True)
     for observation, excited, weights, span in each:
         before = last.get(observation.direction, np.zeros((len(wanted), model.states)))
-        changes = carried(isolator, before)
+        changes = np.where(kept, before, 0.0)
         columns, last[observation.direction] = force_derivatives(excited, model, towards, followed[span], changes)
         matrices.append(weights.filtered(columns))
     return np.concatenate(matrices, axis=1)
@@ -188,8 +188,9 @@ def _states(data: FitData, isolator: Isolator, model: PackedModel) -> Matrix:
     """(samples, states) of a model in all records, from one to the next of a direction."""
     histories: list[Matrix] = []
     last: dict[Direction, Vector] = {}
+    kept = are_carried(isolator)
     for observation, excited in zip(data.observations, data.excitations, strict=True):
-        start = carried(isolator, last.get(observation.direction, np.zeros(model.states)))
+        start = np.where(kept, last.get(observation.direction, np.zeros(model.states)), 0.0)
         histories.append(state_history(excited, model, start))
         last[observation.direction] = histories[-1][-1]
     return np.concatenate(histories)

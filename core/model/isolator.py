@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.arrays import Indices, Matrix, Vector
+from core.arrays import Indices, Mask, Matrix, Vector
 from core.effect import Parameter
 from core.effects import EFFECTS, Laws, laws
 from core.errors import ModelError
@@ -145,9 +145,13 @@ def carried(isolator: Isolator, states: States) -> States:
         isolator: the model.
         states: (..., m) in the order of state_names: states, or their derivatives.
     """
-    is_carried = np.array([state in EFFECTS[name].carried for name, state in state_names(isolator)], dtype=bool)
-    initial: States = np.where(is_carried, states, 0.0)
+    initial: States = np.where(are_carried(isolator), states, 0.0)
     return initial
+
+
+def are_carried(isolator: Isolator) -> Mask:
+    """(m,) which states are carried over, in the order of state_names."""
+    return np.array([state in EFFECTS[name].carried for name, state in state_names(isolator)], dtype=bool)
 
 
 def _packing(isolator: Isolator) -> tuple[str, ...]:
