@@ -23,6 +23,8 @@ from service.drift.tables import ReferencePeriod
 from service.jobs.tables import Job
 from service.notify.tables import Delivery, Message, Receiver
 
+pytestmark = pytest.mark.sqlite
+
 NOW = START + 10 * DAY
 AGE = timedelta(days=10_000)
 ALERTS = "/api/v1/alerts"

@@ -174,6 +174,7 @@ def test_a_sensor_finding_excludes_its_events_values_and_is_reported(
         assert session.scalars(select(Alert).where(Alert.cause == "stiffness")).all() == []
 
 
+@pytest.mark.sqlite
 def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionmaker[Session], building: int) -> None:
     found = [stored_histories.earthquake(number, gain=1.08 if number >= 20 else 1.0) for number in range(24)]
     stored_histories.store_and_monitor(sessions, building, found, NOW)
@@ -194,6 +195,7 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
     assert f"Sensor {BASE} reads" in alert.summary
 
 
+@pytest.mark.sqlite
 def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionmaker[Session], building: int) -> None:
     """It makes the layer look equally softer; both changes are detected, and only the sensor is reported."""
     changed = {"loss": 1 - 1 / 1.08, "gain": 1.08, "swapped": LAYER}
