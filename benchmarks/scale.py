@@ -8,6 +8,7 @@ this process unless they are said to be of the clock; the time of a PostgreSQL s
 
 import gc
 import multiprocessing
+import multiprocessing.synchronize
 import re
 import shutil
 import tempfile
@@ -16,7 +17,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from multiprocessing.queues import Queue
 from pathlib import Path
@@ -35,8 +36,10 @@ warnings.simplefilter("ignore")
 
 from benchmarks import city  # noqa: E402
 from benchmarks.pages import LOCAL, more_events  # noqa: E402
-from benchmarks.rounds import idle_round  # noqa: E402
 from service.access.auth import Caller, Role  # noqa: E402
+from service.alerts import building_states, checked_buildings  # noqa: E402
+from service.alerts.checked_buildings import Checked, Known  # noqa: E402
+from service.alerts.periodic_checks import check_buildings  # noqa: E402
 from service.analyses.tables import Analysis  # noqa: E402
 from service.db import migrate, sessions as database  # noqa: E402
 from service.drift import monitoring  # noqa: E402
@@ -46,6 +49,7 @@ from service.poller import Poller  # noqa: E402
 from service.records.tables import Event, SourceState  # noqa: E402
 from service.serving import loaded  # noqa: E402
 from service.settings import Settings  # noqa: E402
+from service.verdict import levels  # noqa: E402
 
 SIZES = (10, 100, 1_000)
 HISTORIES = (10, 60, 300)
@@ -130,11 +134,31 @@ def counting(engine: Engine) -> Iterator[list[str]]:
 
 
 def of_round(url: str, count: int) -> Iterator[Taken]:
-    """A round of the periodic checks without news."""
-    sessions = database.sessions(url)
-    seconds, statements = idle_round(sessions, datetime.now(UTC))
+    """A round of the periodic checks by a poller that starts, and one without news.
+
+    The checks before are those of quiet buildings, stored here as they are: the first rounds ever check each building
+    by itself, which `benchmarks/rounds.py` does.
+    """
+    sessions, settings, now = database.sessions(url), Settings(disk_reserve=0), datetime.now(UTC)
+    with sessions.begin() as session:
+        states = building_states.read(session, timedelta(days=7), now)
+        later = now + timedelta(hours=6)
+        checks = {
+            number: Checked(now, one, Known(True, False, one.created_at, ()), {}, (), later, is_settled=True)
+            for number, one in states.items()
+        }
+        numbers = list(checks)
+        for first in range(0, len(numbers), levels.TOGETHER):
+            some = numbers[first : first + levels.TOGETHER]
+            checked_buildings.store(session, {one: checks[one] for one in some}, settings)
+    last: dict[int, Checked] = {}
+    for name in ("first round of a poller that starts", "round without news"):
+        with counting(sessions.kw["bind"]) as statements:
+            before, clock = process_time(), perf_counter()
+            check_buildings(sessions, settings, now + timedelta(minutes=1), last=last)
+            seconds, waited = process_time() - before, perf_counter() - clock
+        yield Taken(name, seconds, len(statements), f"{waited:.1f} s of the clock")
     sessions.kw["bind"].dispose()
-    yield Taken("round of the periodic checks without news", seconds, statements)
 
 
 class Looking(Poller):
@@ -145,24 +169,68 @@ class Looking(Poller):
 
 
 def of_poller(url: str, count: int) -> Iterator[Taken]:
-    """Looks at all sources by one poller, which has seen them before."""
+    """Polls of all sources by one poller, which has seen them before, and by two processes that share them."""
     sessions = database.sessions(url)
-    settings = Settings(database_url=url, poll_interval=3600.0, disk_reserve=0, check_interval=3600.0)
-    for name in ("first look at every source", "look at every source, nothing new"):
+    for name in ("one poller polls every source", "again, nothing new"):
         begun, clock, before = datetime.now(UTC), perf_counter(), process_time()
         stop = Signal()
-        poller = Looking(sessions, settings)
         with counting(sessions.kw["bind"]) as statements:
-            running = Thread(target=poller.run, args=(stop,))
+            running = Thread(target=Looking(sessions, polling(url)).run, args=(stop,))
             running.start()
-            while _looked(sessions, begun) < count and perf_counter() - clock < 1200.0:
-                sleep(0.5)
+            _wait_for(sessions, begun, count)
             seconds, waited = process_time() - before, perf_counter() - clock
             looked = _looked(sessions, begun)
             stop.set()
             running.join()
-        yield Taken(name, seconds, len(statements), f"{waited:.1f} s of the clock; {looked} looked at")
+        yield Taken(name, seconds, len(statements), f"{waited:.1f} s of the clock; {looked} polled")
+    yield _shared(url, sessions, count)
     sessions.kw["bind"].dispose()
+
+
+def polling(url: str) -> Settings:
+    """Settings of a poller that polls each source once."""
+    return Settings(database_url=url, poll_interval=3600.0, disk_reserve=0)
+
+
+def _shared(url: str, sessions: sessionmaker[Session], count: int) -> Taken:
+    """Polls by two processes, from when both poll their share."""
+    context = multiprocessing.get_context("spawn")
+    stop, times = context.Event(), context.Queue()
+    pollers = [context.Process(target=_poll, args=(url, stop, times)) for _ in range(2)]
+    for one in pollers:
+        one.start()
+    for _ in pollers:
+        times.get()
+    begun, clock = datetime.now(UTC), perf_counter()
+    _wait_for(sessions, begun, count)
+    waited, looked = perf_counter() - clock, _looked(sessions, begun)
+    stop.set()
+    spent = [times.get() for _ in pollers]
+    for one in pollers:
+        one.join()
+    shares = " and ".join(f"{seconds:.1f} s" for seconds in spent)
+    return Taken("two pollers share them", sum(spent), 0, f"{waited:.1f} s of the clock; {looked} polled; {shares}")
+
+
+def _poll(url: str, stop: multiprocessing.synchronize.Event, times: "Queue[float]") -> None:
+    """The process of a poller; tells that it is there, and at the end the processor time since then."""
+    sessions = database.sessions(url)
+    times.put(0.0)
+    before, ending = process_time(), Signal()
+    running = Thread(target=Looking(sessions, polling(url)).run, args=(ending,))
+    running.start()
+    stop.wait()
+    spent = process_time() - before
+    ending.set()
+    running.join()
+    times.put(spent)
+
+
+def _wait_for(sessions: sessionmaker[Session], begun: datetime, count: int) -> None:
+    """Wait until every source has been polled since then, half an hour at most."""
+    clock = perf_counter()
+    while _looked(sessions, begun) < count and perf_counter() - clock < 1800.0:
+        sleep(1.0)
 
 
 def _looked(sessions: sessionmaker[Session], begun: datetime) -> int:
@@ -331,6 +399,7 @@ def main(
                 url = stack.enter_context(city.server()) if postgresql else f"sqlite:///{file}"
                 if postgresql or not file.exists():
                     city.build(url, count, earthquakes)
+                migrate.upgrade(url)
                 city.move(url, source)
                 where = "PostgreSQL" if postgresql else "SQLite"
                 print(f"{count} buildings on {where} ({process_time() - begun:.0f} s to make)", flush=True)

@@ -1,9 +1,11 @@
 """Database errors in one or two lines: the problem and its remedy. No line repeats a password."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from logging import Logger
+from pathlib import Path
 
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import (
@@ -69,6 +71,10 @@ PASSING = (
 """Parts of drivers' messages for temporary problems: the database does not answer or is busy."""
 NOTE = "about: "
 """Prefix of the note that names the database of an error."""
+THE_DATABASE = "the database "
+"""Beginning of a database for display."""
+WRITABLE = "make it writable, or name a path on another one in database_url"
+"""Remedy for a read-only file system."""
 
 
 class DatabaseVersionError(Exception):
@@ -97,6 +103,8 @@ def problem(error: SQLAlchemyError) -> str | None:
     if not isinstance(error, DBAPIError) or isinstance(error, IntegrityError | DataError):
         return None
     of_file = type(error.orig).__module__.startswith("sqlite3")
+    if of_file and _is_on_read_only_file_system(error):
+        return f"{_name(error)} is on a read-only file system; {WRITABLE}"
     for part, (sentence, helps) in ((OF_SQLITE if of_file else OF_POSTGRESQL) | OF_BOTH).items():
         if part in _driver_message(error).lower():
             return f"{_name(error)} {sentence}; {helps}"
@@ -124,9 +132,19 @@ def name(error: BaseException, url: URL) -> None:
 def shown(url: URL) -> str:
     """A database for display: the file, or the server and the name."""
     if url.get_backend_name() == "sqlite":
-        return f"the database {url.database or 'in memory'}"
+        return f"{THE_DATABASE}{url.database or 'in memory'}"
     port = "" if url.port is None else f":{url.port}"
     return f"the database {url.database or ''} at {url.host or 'this machine'}{port}"
+
+
+def _is_on_read_only_file_system(error: DBAPIError) -> bool:
+    """True if SQLite could not write to the database that a note names because nothing can be written there."""
+    folder = Path(_name(error).removeprefix(THE_DATABASE)).parent
+    refused = any(part in _driver_message(error).lower() for part in ("unable to open", "readonly database"))
+    try:
+        return refused and bool(os.statvfs(folder).f_flag & os.ST_RDONLY)
+    except OSError:  # there is no such folder
+        return False
 
 
 def _name(error: BaseException) -> str:

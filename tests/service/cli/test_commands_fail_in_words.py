@@ -173,6 +173,13 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", place], check=True)
 
 
+@pytest.mark.parametrize("command", ["building list", "poll"])
+def test_a_read_only_file_system(small_disk: Path, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
+    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
+    url = f"sqlite:///{small_disk / 'menshin.sqlite'}"
+    check(ended(command, monkeypatch, url), "is on a read-only file system", "make it writable")
+
+
 def test_a_full_disk(small_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     check(ended("building list", monkeypatch, f"sqlite:///{small_disk / 'menshin.sqlite'}"), "disk", "free some space")
 
