@@ -209,7 +209,8 @@ def improve(
 
     If something unknown is left and two or more earthquakes are fitted, the stronger of these are predicted by the
     model fitted to the weaker ones, and effects are added as long as this becomes better; those added before that have
-    lost their worth are removed. No name is claimed for what they describe.
+    lost their worth are removed. No name is claimed for what they describe. This begins with the effects that diagnoses
+    named: one that only resembles what is missing would be in the way of the right ones.
 
     Args:
         model: of the isolation layer.
@@ -227,6 +228,7 @@ def improve(
     added: list[str] = []
     versions: list[Version] = []
     now, ended = model, MOST_DIAGNOSES
+    named, named_effects = model, list[str]()
     while len(rounds) < ROUNDS:
         result = diagnose(now, seen, effects=effects, progress=progress)
         rounds.append(result)
@@ -235,6 +237,8 @@ def improve(
         added += [stage.effect for stage in result.stages[:count]]
         fit, inflation = last_fit(result.diagnosis, result.stages[:count])
         now = readable(fit.model)
+        if result.diagnosis.outcome is not Outcome.UNKNOWN:
+            named, named_effects = now, list(added)
         if reason := _reason_to_end(result, count):
             ended = reason
             break
@@ -242,7 +246,7 @@ def improve(
     beyond: tuple[Beyond, ...] = ()
     if rounds[-1].diagnosis.outcome is Outcome.UNKNOWN and not rounds[-1].faults and can_validate(seen):
         offered = set(EFFECTS if effects is None else effects)
-        steps = tuple(validated(now, seen, model.effects, offered, progress))
+        steps = tuple(validated(named, seen, model.effects, offered, progress))
     if len(steps) > 1:
         ended = (
             "Improvement ended: as many effects were added as one improvement adds by predicting stronger earthquakes."
@@ -252,7 +256,7 @@ def improve(
         last = weighted_fit(seen.fitted, steps[-1].model, steps[-1].zero)
         fit, inflation, now = last.fit, last.inflation, readable(last.fit.model)
         versions.append(Version(IMPROVED, model_errors(now, seen)))
-        tried = [*added, *(step.change for step in steps[1:] if step.is_added)]
+        tried = [*named_effects, *(step.change for step in steps[1:] if step.is_added)]
         added = [name for name in tried if name in now.effects]
         beyond = beyond_range(steps[-1], seen)
     made = tuple(added)

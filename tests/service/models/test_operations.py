@@ -26,8 +26,9 @@ from core.workbench.improving import ImprovementResult
 from service.jobs.stages import silent
 from service.models import documents, report
 from service.models.model_file import ModelFile, read, written
-from service.models.operations import Work, add, diagnose, improve
+from service.models.operations import Work, add, diagnose, improve, work
 from service.models.results import as_json
+from service.reports.document import Figure
 from service.reports.html import page
 from service.reports.text import printed
 
@@ -268,11 +269,19 @@ def test_where_no_known_effect_explains_it_earthquakes_are_left_out_in_turn() ->
     assert last["error"] < 0.85 * first["error"]
     assert [version.name for version in found.result.versions] == ["as given", "refitted", "improved"]
     text = " ".join(found.result.text)
-    assert "in event 1 is that of a prediction beyond the range of the others: to 120 mm" in text
+    assert [one["fitted_to"] for one in last["stronger"]] == [["event 0", "event 2"]]
+    assert last["error_in_stronger"] < 0.95 * first["error_in_stronger"]
+    assert "in those of up to 120 mm (event 1)" in text
+    assert "At 2 times the range fitted, 240 mm, a prediction of the force may err by" in text
+    assert [one["displacement"] for one in document["beyond"]] == [pytest.approx(0.18), pytest.approx(0.24)]
     assert "Beyond 120 mm the model's laws are extrapolated" in text
     console = Console(width=160, record=True, file=StringIO())
     console.print(printed(report.change(found)))
     assert "Error of the force in earthquakes left out in turn" in console.export_text()
+    whole = report.improvement_file(found, work(found.result.rounds[0], found.given, "given.toml"))
+    assert next(part.key for part in whole.parts if isinstance(part, Figure)) == "left_out"
+    html = page(whole)
+    assert html.index("Improvement: ") < html.index("Error in earthquakes left out") < html.index("First diagnosis")
 
 
 def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
