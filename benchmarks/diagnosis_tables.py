@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from benchmarks.diagnosis_trial import WEAK as WEAK_ONLY, Row, family  # isort: skip  (it finds hidden)
-from hidden.case import ANOTHER, FAULTS, FAULTS_AND_LAWS, OUTSIDE, PAIRS, SAME
+from hidden.case import ANOTHER, FAULTS, FAULTS_AND_LAWS, ONE_DIRECTION, OUTSIDE, PAIRS, SAME
 
 from benchmarks.table import Table
 
@@ -42,6 +42,7 @@ GROUPS = (
     Group("a storey softened", ("storey",), 20),
     Group("a sensor errs and an effect is hidden", FAULTS_AND_LAWS, 1),
     Group("beyond the fitted range", tuple(name + WEAK_ONLY for name in BEYOND), 4),
+    Group("in one direction only", ONE_DIRECTION, 2),
 )
 """The usual trials; their seeds are odd, those that thresholds are chosen by even."""
 
@@ -60,7 +61,7 @@ class Criterion:
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Tables of the page."""
     of = {group.name: [one for one in rows if one.case in group.cases] for group in GROUPS}
-    same, other, outside, two, nothing, refit, faults, mass, storey, both, beyond = of.values()
+    same, other, outside, two, nothing, refit, faults, mass, storey, both, beyond, one_way = of.values()
     strong, others, far = ([one for one in group if _is_strong(one)] for group in (same, other, outside))
     weak = [one for one in same if not _is_strong(one)]
     asked = (
@@ -93,6 +94,8 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("a sensor errs and an effect is hidden: the effect named first", "", _share(both, _named_first)),
         ("beyond the fitted range: that said, or the family named", "", _share(beyond, _range_or_family)),
         ("beyond the fitted range: another family named", "0", _share(beyond, _another_family)),
+        ("in one direction only: that said of the family", "", _share(one_way, _said_of_x)),
+        ("in one direction only: something else said of one direction", "0", _share(one_way, _said_of_another)),
         ("mass 10 % off: outcome mass", "≥ 95 %", _share(mass, _is("mass"))),
         ("mass 10 % off: an effect blamed", "0", _share(mass, _blamed)),
         ("a storey softened: outcome superstructure", "≥ 95 %", _share(storey, _is("superstructure"))),
@@ -195,6 +198,19 @@ def _range_or_family(one: Row) -> bool:
     return one.outcome == "out_of_range" or _family_first(one)
 
 
+def _said_of_x(one: Row) -> bool:
+    """True if the family of the hidden law is said to act along x alone."""
+    return family(one.hidden) <= family([name for name, _, way in _one_way(one) if way == "x"])
+
+
+def _said_of_another(one: Row) -> bool:
+    return any(way != "x" or family([name]) != family(one.hidden) for name, _, way in _one_way(one))
+
+
+def _one_way(one: Row) -> list[tuple[str, str, str]]:
+    return [said.partition("@") for said in one.one_way]
+
+
 def _in_sets(one: Row) -> bool:
     """Each hidden effect in the set of another step."""
     return len(one.sets) == len(one.hidden) and any(
@@ -271,6 +287,7 @@ QUESTIONS = (
         _always,
         _range_or_family,
     ),
+    Criterion("in one direction only: that said of the family", ONE_DIRECTION, _always, _said_of_x),
     Criterion("mass 10 % off: outcome mass", _CASES["mass 10 % off"], _always, _is("mass")),
     Criterion("a storey softened: outcome superstructure", _CASES["a storey softened"], _always, _is("superstructure")),
 )

@@ -11,6 +11,7 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the generator is the tests'
 
+from hidden.case import ONE_DIRECTION
 from hidden.trial import Event, Trial, trial
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
@@ -24,9 +25,10 @@ from core.model.first_model import first_model
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried
 from core.model.simulation import Axis, respond
-from core.record import Segment
+from core.record import Direction, Segment
 from core.workbench import diagnose
 from core.workbench.correcting import corrected_copy
+from core.workbench.directions import HORIZONTAL, only_in_one
 from core.workbench.earthquakes import Earthquakes, Recording, analysed as of_analysis, joined
 
 REFUSED = "refused"
@@ -68,6 +70,8 @@ class Row:
     """Processor time of the diagnosis, s."""
     resembles: tuple[str, ...] = ()
     """Effects that are nearest to something unknown."""
+    one_way: tuple[str, ...] = ()
+    """Effects that were said to act in one direction only, each with its direction; only where y was looked at too."""
 
 
 def row(case: str, seed: int) -> Row:
@@ -78,7 +82,8 @@ def row(case: str, seed: int) -> Row:
     if not seen.fitted:
         return _of_sensors_alone(made, seen)
     begun = process_time()
-    result = diagnose(first_model(made.description).isolator, seen, directions=("x",))
+    looked_at: tuple[Direction, ...] = HORIZONTAL if case in ONE_DIRECTION else ("x",)
+    result = diagnose(first_model(made.description).isolator, seen, directions=looked_at)
     seconds = process_time() - begun
     found = result.diagnosis
     new = _along_x(analyses[-1], made)  # as recorded: a correction may shift its samples against the exact ones
@@ -98,6 +103,7 @@ def row(case: str, seed: int) -> Row:
         *(_predicted(model, [*seen.fitted, *new], seen.analyses, made) for model in _models(found)),
         seconds,
         found.resembles,
+        tuple(f"{step.chosen.effect}@{here.direction}" for here, step, _ in only_in_one(result.directions)),
     )
 
 

@@ -159,6 +159,15 @@ def test_every_law_changes_the_response_and_barely_any_strength_barely_does(name
     assert distance(answer(((law, faint),)).force, plain.force) < bound
 
 
+def test_a_law_along_x_alone_leaves_y_as_it_was() -> None:
+    """1e-8: both directions end their turns together, so that one more for x makes y a little closer."""
+    (law,), (_, values) = parse_case("hardening+only_x").laws, drawn("hardening")
+    plain = simulate_building(STANDS, with_usual_yielding(STANDS, ()), driving(2, 2)).force
+    x, y = (distance(one, other) for one, other in zip(answer(((law, values),)).force, plain, strict=True))
+    assert x > 1e-3
+    assert y < 1e-8
+
+
 @pytest.mark.parametrize("name", [*SAME, *ANOTHER])
 def test_every_form_belongs_to_an_effect_of_the_library(name: str) -> None:
     assert LAWS[name].effect in EFFECTS

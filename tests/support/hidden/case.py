@@ -35,6 +35,8 @@ class Case:
     """Share of the noise's power."""
     gain_error: float = 0.0
     """Standard deviation of every accelerometer's gain."""
+    only_x: bool = False
+    """True if the hidden laws act along x alone; the building moves along y too, and that is recorded."""
     moving: bool = False
     """True if the records begin while the building moves."""
 
@@ -49,6 +51,7 @@ WORDS: Mapping[str, Mapping[str, object]] = MappingProxyType(
         "pink": {"pink": 0.5},
         "gains": {"gain_error": 0.01},
         "moving": {"moving": True},
+        "only_x": {"only_x": True},
     }
 )
 """Besides laws and faults; what each changes."""
@@ -67,7 +70,10 @@ def parse_case(text: str) -> Case:
             made = replace(made, **WORDS[word])
         else:
             raise ValueError(f"{word!r} is no law, no FAULT@LEVEL and none of {', '.join(WORDS)}")
-    return made
+    if not made.only_x:
+        return made
+    laws = (replace(law, only_x=True, needs=tuple({*law.needs, "cross"})) for law in made.laws)
+    return replace(made, laws=tuple(laws))
 
 
 def _of(form: str) -> tuple[str, ...]:
@@ -97,3 +103,5 @@ CORRECTABLE = ("gain@RF", "delay@1F", "polarity@1F", "swap@4F", "rotation@1F", "
 BESIDE = ("friction", "hardening", "relief", "maxwell", "stiffness_step", "asymmetry")
 FAULTS_AND_LAWS = tuple(f"{fault}+{law}" for fault in CORRECTABLE for law in BESIDE)
 """Cases with one sensor that errs and one hidden law: the fault can be corrected in a copy of the records."""
+ONE_DIRECTION = tuple(f"{name}+only_x" for name in ("moat", "friction", "maxwell", "relief", "hardening", "asymmetry"))
+"""Cases with a law that acts along x alone."""

@@ -77,6 +77,7 @@ def simulate_building(
     u, v, force, slab, second, end = _kernel()(
         np.array([law_code(law) for law, _ in ordered]),
         np.array([KINDS.index(law.kind) for law, _ in ordered]),
+        np.array([law.only_x for law, _ in ordered]),
         np.cumsum([0, *(len(values) for _, values in ordered)]),
         np.array([value for _, values in ordered for value in values.values()]),
         np.cumsum([0, *counts]),
@@ -129,10 +130,12 @@ layer: Any = None
 """Placeholders of what is bound before compilation."""
 
 
-def _layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202
+def _layer(codes, kinds, only_x, axis, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202
     """Force of all laws besides rubber and dashpot, and z at the end of the step."""
     force, strength, z = 0.0, 1.0, 0.0
     for slot in range(codes.size):
+        if only_x[slot] and axis > 0:
+            continue
         own, new = s[at_s[slot] : at_s[slot + 1]], s1[at_s[slot] : at_s[slot + 1]]
         value = answer(codes[slot], p[at_p[slot] : at_p[slot + 1]], own, new, step, past)
         if kinds[slot] == 0:
@@ -145,7 +148,7 @@ def _layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN
     return force, z
 
 
-def _integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
+def _integrate(codes, kinds, only_x, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
     axes, n, modes = ground.shape[0], ground.shape[1], L.size
     h, started, temperature, rubber, dashpot = constants[0], constants[1], constants[2], constants[3], constants[4]
     u, v, f, slab = np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n))
@@ -181,7 +184,7 @@ def _integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, ow
                     cross * u[o, i - 1], cross * u[o, i], cross * v[o, i],
                     z0[x], z[x], slab[x, i - 1], slab[x, i], vertical[i], temperature, started + i * h, i, h,
                 )  # fmt: skip
-                hidden, z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
+                hidden, z[x] = layer(codes, kinds, only_x, x, at_p, p, at_s, s[x], s1[x], step, u[x])
                 f[x, i] = rubber * u[x, i] + dashpot * v[x, i] + hidden
                 miss, slope = slab[x, i] + (f[x, i] + lent[x]) / carried, 1.0
                 if turn > 0 and slab[x, i] != tried[x]:

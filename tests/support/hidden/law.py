@@ -92,3 +92,5 @@ class Law:
     """Type: adds force, multiplies the yield force, or replaces the layer's yielding."""
     needs: tuple[Need, ...] = ()
     """Conditions that must occur, and be recorded, for the law to show."""
+    only_x: bool = False
+    """True if it acts along x alone, as a wall on two sides does."""
