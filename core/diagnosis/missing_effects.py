@@ -190,11 +190,7 @@ def diagnosed(
     first = ranked(by_noise, model, _others(allowed_effects, model))
 
     def rank(now: Isolator, known: Isolator | None = None) -> Ranking:
-        try:
-            return ranked(by_noise, now, _others(allowed_effects, now), known)
-        except ModelError:  # values beside an effect may be too extreme without it: those of the first fit are not
-            calm = Isolator({**now.effects, **first.base.model.effects})
-            return ranked(by_noise, calm, _others(allowed_effects, now), known)
+        return ranked(by_noise, now, _others(allowed_effects, now), known, first.base.model)
 
     steps, last = _added([], first, rank, report_step)
     if _may_be_stand_ins(steps, first, last):

@@ -13,6 +13,7 @@ import numpy as np
 from core.arrays import Vector
 from core.diagnosis.candidate_search import ScoreTest, has_several_minima, score_tests, search_in_parallel
 from core.effects import EFFECTS
+from core.errors import ModelError
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
 from core.fitting.noise import noise_rms, pooled_rms
@@ -118,7 +119,13 @@ def _alike(one: ScoredCandidate, best: ScoredCandidate) -> bool:
     return one.delta_bic - best.delta_bic < DECISIVE or ratio < 1 + ALIKE
 
 
-def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Isolator | None = None) -> Ranking:
+def ranked(
+    by_noise: FitData,
+    model: Isolator,
+    effects: Sequence[str],
+    known: Isolator | None = None,
+    calm: Isolator | None = None,
+) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
     Laws that contain simpler ones (`special` of Effect) are candidates only where no simple law explains the records:
@@ -129,10 +136,21 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Is
         model: without the candidates; its values are where the search begins.
         effects: names of the candidates.
         known: the model with one of them, at values that are near its best; None if none is known.
+        calm: some of the model's effects at values from which the search begins where the model's own force grows
+            beyond all bounds, since values beside an effect may be too extreme without it; None for no such values.
 
     Raises:
-        ModelError: the model's own force grows beyond all bounds.
+        ModelError: the model's own force grows beyond all bounds, from the calm values too.
     """
+    try:
+        return _ranked(by_noise, model, effects, known)
+    except ModelError:
+        if calm is None:
+            raise
+        return _ranked(by_noise, Isolator({**model.effects, **calm.effects}), effects, known)
+
+
+def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Isolator | None) -> Ranking:
     base = finite_fit(by_noise, model)
     data = reweighted_data(by_noise, base)
     base = finite_fit(data, base.model)

@@ -8,9 +8,11 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
-from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Ranking, ScoredCandidate, ordered
+from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Ranking, ScoredCandidate, ordered, ranked
+from core.errors import ModelError
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values
+from core.model.isolator import Isolator
 
 
 @cache
@@ -95,3 +97,14 @@ def test_candidates_that_differ_by_rounding_go_by_name() -> None:
         ScoredCandidate(name, fit, bic) for name, bic in (("moat", 5.0), ("friction", 5.0 + 1e-13), ("relief", -1))
     ]
     assert [one.effect for one in ordered(scored)] == ["relief", "friction", "moat"]
+
+
+def test_a_model_that_diverges_at_its_values_is_ranked_from_calmer_ones() -> None:
+    """Values from beside an effect that is then left out, as of two steel-like elements: without γ, z has no bound."""
+    wild = {**BOUC_WEN.effects["bouc_wen"], "D_y": 1e-5, "beta": 10.0, "gamma": 0.0}
+    model = Isolator({**BOUC_WEN.effects, "bouc_wen": wild})
+    with pytest.raises(ModelError, match="start from other values"):
+        ranked(seen(), model, ["hardening"])
+    found = ranked(seen(), model, ["hardening"], calm=BOUC_WEN)
+    assert found.noise_ratio(found.base) == pytest.approx(1.0, abs=0.1)
+    assert [one.effect for one in found.candidates] == ["hardening"]
