@@ -28,6 +28,13 @@ from service.db.problems import name
 
 BUSY_TIMEOUT = 30.0  # s that a writer waits for another one
 LOCKED_TIMEOUT = 1.0  # s that a new file may be locked while it is being created
+STALLED = 30  # s after which a network to PostgreSQL that brings no answer counts as broken; by default two hours
+KEEPALIVE = {
+    "keepalives_idle": STALLED // 3,
+    "keepalives_interval": STALLED // 3,
+    "keepalives_count": 2,
+    "tcp_user_timeout": 1000 * STALLED,
+}
 READING = "reading"
 READ_ONLY = "25006"
 """PostgreSQL's code of a transaction that may not write."""
@@ -47,7 +54,7 @@ def engine(url: str) -> Engine:
         made = _sqlite(address)
     else:
         made = sqlalchemy.create_engine(
-            address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10}
+            address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10} | KEEPALIVE
         )
     event.listen(made, "before_cursor_execute", _refuse_nul)
     event.listen(made, "handle_error", _as_on_sqlite, retval=True)

@@ -2,8 +2,6 @@
 
 import os
 import pickle
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -20,6 +18,7 @@ import pytest
 import trustme
 from api_client import client as opened_client
 from monitoring_server import START, building_file, miniseed, stream
+from namespaces import WHY, namespace
 from processes import interrupt, kill_tree, running_command
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
@@ -87,26 +86,8 @@ def worker(
 def elsewhere() -> Iterator[tuple[str, tuple[str, ...]]]:
     """This machine's address as another network namespace sees it, and what runs a command there; the loopback where
     no namespace can be made."""
-    if os.geteuid() != 0 or shutil.which("ip") is None:
-        yield "127.0.0.1", ()
-        return
-    number = os.getpid()
-    name, here, there = f"menshin-{number}", f"mh{number % 10**8}", f"mt{number % 10**8}"
-    network, first = f"169.254.{number // 64 % 254 + 1}", number % 64 * 4
-    inside = ("ip", "netns", "exec", name)
-    commands = (
-        ("ip", "netns", "add", name),
-        ("ip", "link", "add", here, "type", "veth", "peer", "name", there, "netns", name),
-        ("ip", "address", "add", f"{network}.{first + 1}/30", "dev", here),
-        ("ip", "link", "set", here, "up"),
-        (*inside, "ip", "address", "add", f"{network}.{first + 2}/30", "dev", there),
-        (*inside, "ip", "link", "set", there, "up"),
-    )
-    try:
-        is_made = all(subprocess.run(one, capture_output=True, check=False).returncode == 0 for one in commands)
-        yield (f"{network}.{first + 1}", inside) if is_made else ("127.0.0.1", ())
-    finally:
-        subprocess.run(("ip", "netns", "delete", name), capture_output=True, check=False)
+    with namespace() as other:
+        yield ("127.0.0.1", ()) if other is None else (other.address, other.inside)
 
 
 @pytest.fixture(scope="module")
@@ -170,9 +151,9 @@ def test_the_worker_is_in_another_network(
     cluster: Callable[[], Executor], elsewhere: tuple[str, tuple[str, ...]]
 ) -> None:
     if not elsewhere[1]:
-        pytest.skip("no network namespace can be made: that needs root, and Debian's iproute2")
-    namespace = "/proc/self/ns/net"
-    assert cluster().submit(os.readlink, namespace).result(PATIENCE) != os.readlink(namespace)
+        pytest.skip(WHY)
+    network = "/proc/self/ns/net"
+    assert cluster().submit(os.readlink, network).result(PATIENCE) != os.readlink(network)
 
 
 def test_work_goes_on_after_a_worker_and_the_scheduler_have_died(
