@@ -40,8 +40,9 @@ Each picture shows a page of the demonstrations in the light theme, in the dark 
     menshin demo --stiffness-loss --port 8001
     python docs/tools/write_screenshots.py http://127.0.0.1:8000 http://127.0.0.1:8001 --key KEY --key KEY
 
-after the diagnosis of [the tutorial](../models/tutorial.md); the keys are those of administrators, which `menshin key
-create` made for the database of each demonstration. Long pages are cut.
+after the diagnosis of [the tutorial](../models/tutorial.md), a forecast and *One more sensor*; the keys are those of
+administrators, which `menshin key create` made for the database of each demonstration. Long pages are cut.
+`--only /sensors/N` takes one kind again.
 """
 
 
