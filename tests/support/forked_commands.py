@@ -71,6 +71,7 @@ class Source:
     def __init__(self, environment: Mapping[str, str]) -> None:
         self._messages, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._lock = Lock()
+        self.environment = dict(environment)
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", PROGRAM], stdin=theirs, stdout=subprocess.DEVNULL, env=environment

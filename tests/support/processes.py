@@ -14,8 +14,8 @@ import psutil
 from forked_commands import Command, source
 
 COMMAND = (sys.executable, "-c", "from service.cli import app; app()")
-READ_AT_IMPORT = ("LD_", "PYTHON", "FAKETIME")
-"""Beginnings of variables that have effect while a process starts."""
+READ_AT_IMPORT = ("LD_", "PYTHON", "FAKETIME", "OMP_", "NUMBA_")
+"""Beginnings of variables that have effect while a process starts and imports."""
 
 
 def environment(database_url: str, **more: str) -> dict[str, str]:
@@ -61,10 +61,11 @@ def _started(
     arguments: Sequence[str], folder: Path, given: Mapping[str, str], output: BinaryIO, errors: BinaryIO
 ) -> psutil.Popen | Command:
     """A copy of a process that has imported everything, unless the environment differs in what a start heeds."""
-    changed = {name for name in {*given, *os.environ} if given.get(name) != os.environ.get(name)}
+    copied = source()
+    changed = {name for name in {*given, *copied.environment} if given.get(name) != copied.environment.get(name)}
     if any(name.startswith(READ_AT_IMPORT) for name in changed):
         return psutil.Popen([*COMMAND, *arguments], cwd=folder, env=given, stdout=output, stderr=errors)
-    return source().start(arguments, folder, given, output, errors)
+    return copied.start(arguments, folder, given, output, errors)
 
 
 def kill_tree(process: psutil.Popen | Command) -> None:
