@@ -29,7 +29,7 @@ from service.analyses.tables import (
 )
 from service.buildings import store as building_store
 from service.buildings.tables import Revision
-from service.db.blobs import decode, encode_history
+from service.db.blobs import decode, encode_deviation, encode_history
 from service.jobs.kept import Kept
 from service.jobs.queue import Claim
 from service.records.tables import Event, EventRecording, Recording, Waveform
@@ -227,7 +227,7 @@ def _direction_result(
         force=encode_history(force.force, force.std),
         force_rigid=encode_history(force.rigid, force.std),
         force_modal=encode_history(force.modal, force.std),
-        force_std_history=encode_history(force.std),
+        force_std_history=encode_deviation(force.std),
         modes=[_mode_result(number, mode, description) for number, mode in enumerate(force.modes, start=1)],
         cycles=[CycleResult(**asdict(segment)) for segment in direction.equivalent],
     )
@@ -246,8 +246,8 @@ def _motion(motion: MeasuredMotion) -> dict[str, Any]:
         "residual_displacement_std": None if residual is None else residual.std,
         "displacement": encode_history(motion.displacement, motion.displacement_std),
         "velocity": encode_history(motion.velocity, motion.velocity_std),
-        "displacement_std_history": encode_history(motion.displacement_std),
-        "velocity_std_history": encode_history(motion.velocity_std),
+        "displacement_std_history": encode_deviation(motion.displacement_std),
+        "velocity_std_history": encode_deviation(motion.velocity_std),
     }
 
 
@@ -269,7 +269,7 @@ def _layer_result(result: EventAnalysis) -> LayerResult | None:
         lowest_axial_load=load and float(load.ratio.min()),
         highest_axial_load=load and float(load.ratio.max()),
         torsion=torsion and encode_history(torsion.displacement, torsion.displacement_std),
-        torsion_std_history=torsion and encode_history(torsion.displacement_std),
+        torsion_std_history=torsion and encode_deviation(torsion.displacement_std),
         axial_load=load and encode_history(load.ratio),
     )
 
