@@ -15,7 +15,15 @@ from sqlalchemy.sql.base import ExecutableOption
 from service.access.auditing import AuditedSession
 from service.access.roles import Caller
 from service.access.tables import ApiKey, AuditEntry, BuildingLink, LoginLink, LoginSession
-from service.alerts.tables import Alert, AlertChange, AlertComment, BuildingInspection, Inspection, Silence
+from service.alerts.tables import (
+    Alert,
+    AlertChange,
+    AlertComment,
+    BuildingCheck,
+    BuildingInspection,
+    Inspection,
+    Silence,
+)
 from service.analyses.tables import (
     Analysis,
     CycleResult,
@@ -65,6 +73,7 @@ OF_BUILDING = (
     ReferencePeriod,
     MonitoredSeries,
     Alert,
+    BuildingCheck,
     BuildingInspection,
     BuildingLevel,
     Silence,

@@ -4,13 +4,14 @@ import atexit
 import itertools
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from shutil import copyfile, rmtree
 from tempfile import mkdtemp
 from typing import Any
 
+import psutil
 from sqlalchemy import URL, create_engine, make_url, text
 
 from service.db import migrate
@@ -52,7 +53,8 @@ def own_server() -> Iterator[Any]:
     try:
         yield server
     finally:
-        server.cleanup()
+        with suppress(psutil.NoSuchProcess):  # a test has stopped it, and it ends at this moment
+            server.cleanup()
         rmtree(folder, ignore_errors=True)
 
 

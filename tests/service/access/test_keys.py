@@ -68,6 +68,7 @@ WITHOUT_LIMIT = {
     "db/sessions.py": "BEGIN of a transaction",
     "drift/monitoring.py": "the worker replaces its own values",
     "jobs/queue.py": "the worker renews its own lease",
+    "transfer/exporting.py": "the isolation of a command's own transaction",
 }
 """Modules that use them, and why no caller's limit applies."""
 

@@ -145,7 +145,7 @@ def test_a_new_database_is_its_owners_alone(tmp_path: Path) -> None:
         migrate.upgrade(f"sqlite:///{file}")
         made = engine(f"sqlite:///{file}")
         with made.begin() as connection:
-            connection.execute(text("INSERT INTO lease VALUES ('a', 'b', '2024-01-01')"))
+            connection.execute(text("INSERT INTO lease (name, holder, until) VALUES ('a', 'b', '2024-01-01')"))
             for written in file.parent.iterdir():
                 assert stat.S_IMODE(written.stat().st_mode) == 0o600, written
             assert len(list(file.parent.iterdir())) > 1, "with the journal"

@@ -57,7 +57,7 @@ def requested(sessions: sessionmaker[Session], events: Sequence[int] | None) -> 
     with sessions.begin() as session:
         claim = job_queue.claim(session, monitored_building.NOW, timedelta(minutes=1))
         assert claim is not None
-        inputs = KINDS[job_queue.DIAGNOSE].inputs(session, claim, monitored_building.SETTINGS)
+        inputs = KINDS[job_queue.DIAGNOSE].inputs(session, claim, monitored_building.SETTINGS).of_kind
     *reading, _ = model_jobs.diagnosis_stages(inputs)
     return inputs, records(inputs, [stage.function(*stage.arguments((), silent)) for stage in reading])
 
