@@ -144,12 +144,22 @@ def outside(text: str, separator: str) -> list[str]:
     return parts
 
 
-@cache
 def _codes() -> frozenset[str]:
-    """Names of effects and of their parameters, which are the same in every language."""
-    from core.effects import EFFECTS
+    """Names of effects and of their parameters, which are the same in every language.
 
-    return frozenset({*EFFECTS, *(one.name for effect in EFFECTS.values() for one in effect.parameters)})
+    Those of the process too: a computation that has few effects may be the first to ask.
+    """
+    from core.effects import EFFECTS, process_effects
+
+    return _codes_of(frozenset({*process_effects(), *EFFECTS}))
+
+
+@cache
+def _codes_of(names: frozenset[str]) -> frozenset[str]:
+    from core.effects import EFFECTS, process_effects
+
+    known = {**process_effects(), **EFFECTS}
+    return names.union(one.name for name in names for one in known[name].parameters)
 
 
 def parsed(message: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

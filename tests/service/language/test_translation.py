@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from core.effects import only
 from service.language.translation import Catalogue, catalogue, said
 
 JAPANESE = Catalogue(
@@ -84,6 +85,13 @@ JAPANESE = Catalogue(
 )
 def test_a_sentence_is_translated_with_what_stands_in_its_places(english: str, japanese: str) -> None:
     assert JAPANESE.said(english) == japanese
+
+
+def test_names_of_effects_stay_though_a_computation_with_few_of_them_asks_first() -> None:
+    fresh = Catalogue({"Friction": "摩擦", "with {0}": "{0} を追加"}, "ja")
+    with only(["elastic"]):
+        assert fresh.said("with hardening") == "hardening を追加"
+    assert fresh.said("Friction (friction)") == "摩擦（friction）"
 
 
 @pytest.mark.parametrize(
