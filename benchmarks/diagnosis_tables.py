@@ -199,7 +199,7 @@ def _range_or_family(one: Row) -> bool:
 
 
 def _said_of_x(one: Row) -> bool:
-    """True if the family of the hidden law is said to act along x alone."""
+    """True if the diagnosis names the family of the hidden law for x alone."""
     return family(one.hidden) <= family([name for name, _, way in _one_way(one) if way == "x"])
 
 

@@ -213,7 +213,7 @@ def _shared(url: str, sessions: sessionmaker[Session], count: int) -> Taken:
 
 
 def _poll(url: str, stop: multiprocessing.synchronize.Event, times: "Queue[float]") -> None:
-    """The process of a poller; tells that it is there, and at the end the processor time since then."""
+    """Run a poller in this process: send a message when it is ready, and its processor time since then at the end."""
     sessions = database.sessions(url)
     times.put(0.0)
     before, ending = process_time(), Signal()

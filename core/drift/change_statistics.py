@@ -46,7 +46,7 @@ class Innovations:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
-    """What n innovations say about changes that begin at each onset, summed up to the latest event."""
+    """Evidence of n innovations for changes that begin at each onset, summed up to the latest event."""
 
     evidence: Matrix
     """(n, onsets) innovation of each event in the direction of a rise; 0 before the onset."""

@@ -16,7 +16,7 @@ def title(terms: str) -> str:
 
 
 def sketched_from(scales: Scales) -> str:
-    """Where the law comes from."""
+    """Source of the law: the range of its records."""
     return " ".join((SKETCHED, known_range(scales)))
 
 

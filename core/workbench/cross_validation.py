@@ -77,7 +77,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """How much a prediction may err beyond the range of the earthquakes that a model was fitted to."""
+    """Expected error of a prediction beyond the range of the earthquakes that a model was fitted to."""
 
     times: float
     """Displacement over the largest of these earthquakes."""
@@ -167,7 +167,7 @@ def validated(
 
 
 def beyond_range(step: Validated, earthquakes: Earthquakes) -> tuple[Beyond, ...]:
-    """How much a model's predictions may err beyond the range of the earthquakes that it was fitted to.
+    """Expected errors of a model's predictions beyond the range of the earthquakes that it was fitted to.
 
     Where the motion of the strongest is enlarged, the models that were fitted to weaker ones differ from that fitted to
     all, and the truth differs by more. To this comes the error of the worst trial.

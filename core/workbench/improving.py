@@ -169,7 +169,7 @@ class ImprovementResult:
     """The model before and after each change by which stronger earthquakes are predicted better by weaker ones; none
     where diagnoses were enough."""
     beyond: tuple[Beyond, ...] = ()
-    """How much predictions may err beyond the range of the fitted earthquakes; none where diagnoses were enough."""
+    """Expected errors of predictions beyond the range of the fitted earthquakes; empty where diagnoses were enough."""
 
     @property
     def std(self) -> Deviations:
@@ -355,7 +355,7 @@ def _left_out_sentences(result: ImprovementResult) -> Iterator[str]:
 
 
 def _beyond_sentences(result: ImprovementResult, last: Validated) -> Iterator[str]:
-    """What is known of predictions beyond the range of the records."""
+    """Sentences about predictions beyond the range of the records."""
     reached, farthest = peak(result.earthquakes.strongest), last.trials[-1]
     worst = max(farthest.errors, key=lambda name: farthest.errors[name])
     if farthest.reach > BEYOND["displacement"]:

@@ -1,4 +1,4 @@
-"""What keeps a process from its work, such as a worker whose Dask cluster is away."""
+"""Reason why a process waits, such as a worker whose Dask cluster is away."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,4 +1,4 @@
-"""What the last periodic check of each building found, so that a poller that starts need not check all."""
+"""Results of each building's last periodic check, so that a poller that starts need not check all buildings."""
 
 import sqlalchemy as sa
 from alembic import op

@@ -1,6 +1,6 @@
-"""What the last check of each building found, kept in the database, so that a poller that starts need not check all.
+"""Results of each building's last check in the database: a poller that starts checks only what has changed.
 
-Kept are buildings about which nothing was to be written and that have no open data alert, which are nearly all. Their
+Stored are buildings about which nothing was to be written and that have no open data alert, which are nearly all. Their
 facts are kept as a digest: while it is that of the facts of now, the last check stands, as within one process.
 """
 

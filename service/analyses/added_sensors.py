@@ -1,4 +1,4 @@
-"""What one more accelerometer would narrow: requests, jobs, and the document of commands, API and pages. SI units."""
+"""Gain in certainty by one more accelerometer: requests, jobs, and the document of commands, API, pages. SI units."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -110,7 +110,7 @@ class JobInputs:
     earthquakes: tuple[Inputs, ...]
     """In order of time, one at least."""
     names: tuple[str, ...]
-    """Of the earthquakes: their starts."""
+    """Starts of the earthquakes."""
 
 
 def request(session: Session, code: str, events: Collection[int] | None, by: str, now: datetime) -> Job:

@@ -380,7 +380,7 @@ class StrongerOut(Result):
 
 
 class BeyondOut(Result):
-    """How much a prediction may err beyond the range of the fitted earthquakes."""
+    """Expected error of a prediction beyond the range of the fitted earthquakes."""
 
     times: float = Field(description="Displacement over the largest of the fitted earthquakes.")
     displacement: float = Field(description="m.")
