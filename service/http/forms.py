@@ -226,10 +226,8 @@ def _sentence(words: str) -> str:
 async def read_body(request: Request, most: int) -> str:
     """The posted text; bytes that are not UTF-8 are replaced.
 
-    Raises
-    ------
-    TooLargeError
-        It is longer than `most` bytes; the rest of it is not read.
+    Raises:
+        TooLargeError: it is longer than `most` bytes; the rest of it is not read.
     """
     return (await read_bytes(request, most)).decode("utf-8", "replace")
 
@@ -237,10 +235,8 @@ async def read_body(request: Request, most: int) -> str:
 async def read_bytes(request: Request, most: int) -> bytes:
     """The posted bytes.
 
-    Raises
-    ------
-    TooLargeError
-        There are more than `most`; the rest is not read.
+    Raises:
+        TooLargeError: there are more than `most`; the rest is not read.
     """
     body = bytearray()
     async for chunk in request.stream():

@@ -175,10 +175,8 @@ class Chooser:
     def is_wanted(self, channel: str, wanted: Selection) -> bool:
         """True if an id's four codes match the lists of wildcards.
 
-        Raises
-        ------
-        TooMuchError
-            The deadline has passed.
+        Raises:
+            TooMuchError: the deadline has passed.
         """
         lists = (wanted.network, wanted.station, wanted.location, wanted.channel)
         is_inside = self._found.get((channel, *lists))
@@ -194,10 +192,8 @@ class Chooser:
     def check_time(self) -> None:
         """Continue if there is time left.
 
-        Raises
-        ------
-        TooMuchError
-            There is none.
+        Raises:
+            TooMuchError: there is none.
         """
         if monotonic() > self._end:
             raise TooMuchError("the request takes too long; ask for fewer channels or less time")
@@ -206,10 +202,8 @@ class Chooser:
 def miniseed(session: Session, selections: Sequence[Selection], most: int) -> bytes | None:
     """The wanted samples as recorded, not multiplied by their gain; None if there are none.
 
-    Raises
-    ------
-    TooMuchError
-        There are more than `most`.
+    Raises:
+        TooMuchError: there are more than `most`.
     """
     chooser = Chooser()
     parts, count = [], 0
