@@ -9,8 +9,8 @@ from core.arrays import Vector
 from core.comparison.misfit import Misfit, misfit_at_ratio, pooled
 from core.errors import ModelError
 from core.fitting.noise import ForceNoise, force_noise
-from core.fitting.observation import Observation
-from core.model.force_response import force_response
+from core.fitting.observation import Observation, excitation_by
+from core.model.force_response import response_to
 from core.model.isolator import Isolator, carried, state_names
 from core.record import Direction
 from core.signals.conditioning import band_passed
@@ -73,10 +73,7 @@ def compare_forces(isolator: Isolator, observations: Sequence[Observation], band
     compared = []
     for one in sorted(observations, key=lambda one: one.start):
         start = kept.get(one.direction, np.zeros(len(state_names(isolator))))
-        layer = one.layer
-        answer = force_response(
-            isolator, layer.displacement, layer.velocity, one.rate, conditions=one.conditions, states=start
-        )
+        answer = response_to(excitation_by(one), isolator, states=start)
         kept[one.direction] = carried(isolator, answer.states)
         if not np.isfinite(answer.force).all():
             raise ModelError(f"{one.name}: the model's force grew beyond all bounds; use a softer law")

@@ -12,11 +12,11 @@ from itertools import product
 import numpy as np
 import scipy
 
-from core.arrays import Matrix, Vector
+from core.arrays import Mask, Matrix, Vector
 from core.effect import LogNormal, Parameter
 from core.effects import EFFECTS
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, finish_search, signature, tangents
+from core.fitting.fit import Fit, finish_search, signatures, tangents
 from core.fitting.observation import Observation
 from core.fitting.search import Outcome, Search, start_search, step_search
 from core.model.isolator import Isolator, parameter
@@ -73,11 +73,9 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
     if not is_excited(effect, data.observations):
         usual = {one.name: one.prior.median for one in EFFECTS[effect].parameters}
         return (ScoreTest(effect, Isolator({**base.model.effects, effect: usual}), 0.0),)
-    places = [
-        ScoreTest(effect, model, _gain(base.residual, basis, signature(data, base, model), _is_one_sided(effect)))
-        for values in starts(effect, data.observations)
-        for model in (Isolator({**base.model.effects, effect: values}),)
-    ]
+    models = [Isolator({**base.model.effects, effect: values}) for values in starts(effect, data.observations)]
+    gains = _gains(base.residual, basis, signatures(data, base, models), _is_one_sided(effect))
+    places = [ScoreTest(effect, model, gain) for model, gain in zip(models, gains, strict=True)]
     best = sorted(places, key=lambda one: -one.gain)
     if has_several_minima(effect):
         before = [[_lengths(other) for other in best[:number]] for number in range(len(best))]
@@ -113,16 +111,29 @@ def _is_one_sided(effect: str) -> tuple[bool, ...]:
     return tuple(parameter((effect, name)).bounds[0] >= 0 for name in EFFECTS[effect].linear) or (True,)
 
 
-def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequence[bool]) -> float:
-    """Reduction of the residual by least squares with a signature's own part, within the allowed signs."""
-    if not np.isfinite(signature).all():  # the law is too fast for the records at these values
-        return -np.inf
-    own = signature - (signature @ basis) @ basis.T
-    size = np.linalg.norm(own, axis=1)
-    there = size > OWN * np.linalg.norm(signature, axis=1)
+def _gains(residual: Vector, basis: Matrix, each: Sequence[Matrix], one_sided: Sequence[bool]) -> list[float]:
+    """Reductions of the residual by least squares with each signature's own part, within the allowed signs."""
+    gains = [-np.inf] * len(each)  # where it is not finite, the law is too fast for the records at these values
+    finite = [n for n, signature in enumerate(each) if np.isfinite(signature).all()]
+    if not finite:
+        return gains
+    rows = np.concatenate([each[n] for n in finite])
+    own = rows - (rows @ basis) @ basis.T
+    size, before = np.linalg.norm(own, axis=1), np.linalg.norm(rows, axis=1)
+    for number, row in zip(finite, range(0, len(rows), len(one_sided)), strict=True):
+        of = slice(row, row + len(one_sided))
+        gains[number] = _gain(residual, own[of], size[of], size[of] > OWN * before[of], one_sided)
+    return gains
+
+
+def _gain(residual: Vector, own: Matrix, size: Vector, there: Mask, one_sided: Sequence[bool]) -> float:
+    """Reduction by rows of these sizes, of which those that are not there do nothing."""
     if not there.any():
         return 0.0
     unit = own[there] / size[there, None]
+    if len(unit) == 1:
+        amplitude = float(unit[0] @ residual)
+        return 0.0 if amplitude < 0 and one_sided[int(np.argmax(there))] else amplitude**2
     across = np.linalg.qr(unit.T)
     amplitudes = residual @ across.Q
     both = np.flatnonzero(~np.array(one_sided)[there])

@@ -15,9 +15,9 @@ import numpy as np
 from core.diagnosis.candidate_search import is_excited
 from core.effects import EFFECTS
 from core.fitting.fit import Fit
-from core.fitting.observation import Observation
+from core.fitting.observation import Observation, excitation_by
 from core.fitting.search import Outcome
-from core.model.force_response import force_history
+from core.model.force_response import response_to
 from core.model.isolator import Isolator, parameter
 
 CERTAIN = 3.0
@@ -89,7 +89,5 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
 
 def _work(model: Isolator, observation: Observation) -> float:
     """J, that the layer takes up, and a little more for what is numerical: below 0 it gives."""
-    layer = observation.layer
-    force = force_history(model, layer.displacement, layer.velocity, observation.rate, observation.conditions)
-    power = force * layer.velocity
+    power = response_to(excitation_by(observation), model).force * observation.layer.velocity
     return float(np.sum(power) + FED * np.sum(np.abs(power))) / observation.rate

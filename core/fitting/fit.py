@@ -8,10 +8,21 @@ from scipy import linalg
 
 from core.arrays import Matrix, Vector
 from core.errors import ModelError, RecordError
-from core.fitting.data import FitData
+from core.fitting.data import FitData, compute_columns
 from core.fitting.noise import pooled_rms
 from core.fitting.observation import Observation
-from core.fitting.projection import Point, derivatives, diverges, free_parameters, model_of, projected, values_of
+from core.fitting.projection import (
+    FreeParameters,
+    Point,
+    coefficients,
+    derivatives,
+    diverges,
+    free_parameters,
+    model_of,
+    projected,
+    values_of,
+    wanted_columns,
+)
 from core.fitting.search import Outcome, Search, start_search, step_search
 from core.model.isolator import Isolator, Key, parameter
 from core.optimisation import DEGENERATE
@@ -46,21 +57,45 @@ def tangents(data: FitData, fit: Fit) -> Matrix:
     return derivatives(data, free_parameters(fit.model), values_of(fit.model), fit.free)
 
 
-def signature(data: FitData, base: Fit, model: Isolator) -> Matrix:
-    """(k, m) changes of the whitened force by the effects that a model adds to its base, at their values in the model.
+def signatures(data: FitData, base: Fit, models: Sequence[Isolator]) -> list[Matrix]:
+    """(k, m) changes of the whitened force by the effects that each model adds to its base, at their values in it.
 
     One row for each of their linear parameters, or one row in all if they have none, as effects that scale others.
     """
+    changes = [_change(base, model) for model in models]
+    compute_columns(data, (one for change in changes for part in change for one in wanted_columns(*part)))
+    rows = [_changed(data, *change) for change in changes]
+    ends = np.cumsum([len(one) for one in rows])[:-1]
+    return np.split(data.whitened(np.concatenate(rows)), ends)
+
+
+Part = tuple[FreeParameters, Mapping[Key, float], tuple[Key, ...]]
+"""Arguments of `coefficients`."""
+
+
+def _change(base: Fit, model: Isolator) -> tuple[Part, ...]:
+    """By the model's own linear parameters, if it has any; else by those of the groups that it changes, with what it
+    adds and without."""
     search, values = free_parameters(model), values_of(model)
-    own = [key for key in search.linear if key[0] not in base.model.effects]
+    own = tuple(key for key in search.linear if key[0] not in base.model.effects)
     if own:
-        return derivatives(data, search, values, own)
-    alone = free_parameters(base.model)
-    with_it, without = (
-        np.array([values[key] for key in one.linear]) @ derivatives(data, one, values, one.linear)
-        for one in (search, alone)
+        return ((search, values, own),)
+    changed = {name for group in search.groups if set(group) - set(base.model.effects) for name in group}
+    return tuple(
+        (one, values, tuple(key for key in one.linear if key[0] in changed))
+        for one in (search, free_parameters(base.model))
     )
-    return np.asarray(with_it - without)[None]
+
+
+def _changed(data: FitData, change: Part, without: Part | None = None) -> Matrix:
+    """(k, m) N."""
+    if without is None:
+        return coefficients(data, *change)
+    with_it, alone = (
+        np.array([values[key] for key in linear]) @ coefficients(data, search, values, linear)
+        for search, values, linear in (change, without)
+    )
+    return np.asarray(with_it - alone)[None]
 
 
 def residual_at(data: FitData, model: Isolator) -> Vector:

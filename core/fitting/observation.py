@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,7 @@ from core.estimates import EPOCH, ForceHistory, MotionHistory, beside, check_ali
 from core.estimators.result import ErrorSpectrum, RestoringForce
 from core.isolation_layer.layer import GRAVITY
 from core.isolation_layer.motion import MeasuredMotion
+from core.model.force_response import Excitation, excitation
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.sensors.layer_agreement import transducer_reading
@@ -231,3 +233,21 @@ def _measured(record: Record, description: BuildingDescription, direction: Direc
     levels = (description.base, *description.floors)
     channels = ((level.name, record.find(level.name, "acceleration", direction)) for level in levels)
     return tuple((name, samples) for name, samples in channels if samples is not None)
+
+
+def excitation_by(observation: Observation) -> Excitation:
+    """Prescribed motion of a model by an observation's; computed once for as long as the observation exists.
+
+    Raises:
+        ModelError: arrays differ in length.
+    """
+    known = _KNOWN.get(observation)
+    if known is None:
+        layer = observation.layer
+        known = excitation(layer.displacement, layer.velocity, observation.rate, observation.conditions)
+        _KNOWN[observation] = known
+    return known
+
+
+_KNOWN: WeakKeyDictionary[Observation, Excitation] = WeakKeyDictionary()
+"""By identity: every model of a diagnosis is driven by the same ones."""

@@ -4,14 +4,14 @@ Variable projection (Golub and Pereyra 1973): the force is proportional to the o
 values follow from linear least squares within their bounds.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.effects import EFFECTS
-from core.fitting.data import FitData, columns, groups
+from core.fitting.data import FitData, Wanted, columns, groups
 from core.model.isolator import Isolator, Key, parameter
 from core.optimisation import bounded_least_squares
 
@@ -80,7 +80,26 @@ def diverges(turned: Matrix) -> bool:
 
 def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, float], wanted: Sequence[Key]) -> Matrix:
     """(wanted, m) derivatives of the whitened force by parameters, group by group."""
+    return data.whitened(coefficients(data, search, values, wanted))
+
+
+def coefficients(data: FitData, search: FreeParameters, values: Mapping[Key, float], wanted: Sequence[Key]) -> Matrix:
+    """(wanted, m) N, derivatives of the force's coefficients by parameters, group by group."""
     by_parameter = np.empty((len(wanted), data.target.size))
+    for rows, scales, (model, own) in _by_group(search, values, wanted):
+        by_parameter[rows] = scales[:, None] * columns(data, model, own)
+    return by_parameter
+
+
+def wanted_columns(search: FreeParameters, values: Mapping[Key, float], wanted: Sequence[Key]) -> Iterator[Wanted]:
+    """Columns that `coefficients` needs."""
+    return (one for _, _, one in _by_group(search, values, wanted))
+
+
+def _by_group(
+    search: FreeParameters, values: Mapping[Key, float], wanted: Sequence[Key]
+) -> Iterator[tuple[list[int], Vector, Wanted]]:
+    """Rows of the wanted parameters, factors of their columns, and the columns."""
     for group in search.groups:
         rows = [row for row, key in enumerate(wanted) if key[0] in group]
         if not rows:
@@ -90,10 +109,9 @@ def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, floa
         if len(proportional) == 1:  # one computation serves all its values
             unit[proportional[0]] = parameter(proportional[0]).prior.median
             scale = values[proportional[0]] / unit[proportional[0]]
-        own = [wanted[row] for row in rows]
+        own = tuple(wanted[row] for row in rows)
         scales = np.array([1.0 if key in proportional else scale for key in own])
-        by_parameter[rows] = scales[:, None] * columns(data, model_of(unit, group), own)
-    return by_parameter
+        yield rows, scales, (model_of(unit, group), own)
 
 
 def projected(data: FitData, search: FreeParameters, values: Mapping[Key, float]) -> Point:

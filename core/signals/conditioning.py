@@ -84,7 +84,20 @@ def band_passed(samples: Samples, rate: float, band: tuple[float, float]) -> Sam
         raise RecordError(
             f"a record of {seconds:.3g} s is too short for {low:g} Hz; it must be longer than {margin / rate:.3g} s"
         )
-    filtered: Samples = scipy.signal.sosfiltfilt(_sections(rate, low, high), samples, axis=-1, padlen=margin)
+    ends = 2 * samples[..., :1], 2 * samples[..., -1:]
+    extended = np.concatenate(
+        [ends[0] - samples[..., margin:0:-1], samples, ends[1] - samples[..., -2 : -margin - 2 : -1]], axis=-1
+    )
+    there_and_back = _filtered_once(_filtered_once(extended, rate, band)[..., ::-1], rate, band)[..., ::-1]
+    filtered: Samples = there_and_back[..., margin:-margin]
+    return filtered
+
+
+def _filtered_once(samples: Samples, rate: float, band: tuple[float, float]) -> Samples:
+    """Forwards, from the steady state of the first sample."""
+    steady = _steady_state(rate, *band)
+    start = steady.reshape(len(steady), *(1,) * (samples.ndim - 1), 2) * samples[..., :1]
+    filtered: Samples = scipy.signal.sosfilt(_sections(rate, *band), samples, axis=-1, zi=start)[0]
     return filtered
 
 
@@ -97,6 +110,12 @@ def passed_share(frequency: Vector, rate: float, band: tuple[float, float]) -> V
 @lru_cache(64)  # filters are few, and designing one takes as long as filtering a minute
 def _sections(rate: float, low: float, high: float) -> Matrix:
     return np.asarray(scipy.signal.butter(4, (low, high), "bandpass", fs=rate, output="sos"))
+
+
+@lru_cache(64)
+def _steady_state(rate: float, low: float, high: float) -> Matrix:
+    """(sections, 2) state of the filter for a constant input of 1."""
+    return np.asarray(scipy.signal.sosfilt_zi(_sections(rate, low, high)))
 
 
 def resampled(samples: Vector, rate: float, new_rate: float, delay: float = 0.0) -> Vector:

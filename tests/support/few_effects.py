@@ -11,12 +11,10 @@ LINEAR_WITH_YIELDING = ("elastic", "viscous", "bouc_wen")
 @contextmanager
 def few_effects(names: Collection[str] = LINEAR_WITH_YIELDING) -> Iterator[None]:
     """These alone, which compile in a tenth of the time; afterwards those of before, and none that was added."""
-    known = vars(effects)["_known"]
-    before = dict(known)
-    for name in before.keys() - set(names):
-        del known[name]
+    module = vars(effects)
+    before = module["_known"]
+    module["_known"] = type(before)({name: before[name] for name in names})
     try:
         yield
     finally:
-        known.clear()
-        known.update(before)
+        module["_known"] = before

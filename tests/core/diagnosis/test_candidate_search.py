@@ -2,12 +2,13 @@
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.candidate_search import NEAR, score_tests, search_in_parallel, starts
 from core.fitting.data import FitData
-from core.fitting.fit import fitted
+from core.fitting.fit import fitted, residual_at, signatures
 from core.fitting.search import Outcome
 from core.model.isolator import Isolator
 
@@ -37,6 +38,22 @@ def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_fro
     left_off = [effect for effect, fit in searches.items() if fit.outcome is Outcome.STOPPED]
     assert left_off
     assert all(whole[effect].chi_square > NEAR * whole[best].chi_square for effect in left_off)
+
+
+def test_the_score_is_what_a_small_amount_of_the_effect_changes() -> None:
+    """Of an effect with an amplitude the force for one unit of it, of one without the difference of two whole forces.
+
+    1e-8: the same numbers, added in another order.
+    """
+    data = FitData.by_noise(observations(BOUC_WEN, 0.02, 5, peaks=(0.01, 0.05), seconds=20.0))
+    base = fitted(data, BOUC_WEN)
+    for effect, per in (("mullins", 1e8), ("pinching", 1.0), ("vertical_load", 1.0)):
+        values = list(starts(effect, data.observations))[:3]
+        given = [{**one, "k_M": per} if effect == "mullins" else one for one in values]
+        models = [Isolator({**base.model.effects, effect: one}) for one in given]
+        for model, (row,) in zip(models, signatures(data, base, models), strict=True):
+            whole = residual_at(data, base.model) - residual_at(data, model)
+            assert per * row == pytest.approx(whole, abs=1e-8 * np.abs(whole).max())
 
 
 def test_a_date_is_looked_for_between_every_two_earthquakes_and_within_each() -> None:

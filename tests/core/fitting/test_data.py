@@ -5,7 +5,7 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
-from core.fitting.data import FitData, columns, groups
+from core.fitting.data import FitData, columns, compute_columns, driving_states, groups
 from core.fitting.noise import FADED, IGNORED, edge_taper
 from core.model.force_response import force_history
 from core.model.isolator import Isolator
@@ -37,10 +37,45 @@ def test_columns_of_proportional_parameters_add_up_to_the_force() -> None:
     for (name,) in groups(BOUC_WEN.effects):
         values = BOUC_WEN.effects[name]
         key = {"elastic": "k_b", "viscous": "c_b", "bouc_wen": "F_y"}[name]
-        total += values[key] * columns(data, Isolator({name: values}), [(name, key)])[0]
+        total += values[key] * data.whitened(columns(data, Isolator({name: values}), [(name, key)]))[0]
     for one, band, span in zip(seen, data.whitenings, data.spans, strict=True):
         force = force_history(BOUC_WEN, one.layer.displacement, one.layer.velocity, one.rate, one.conditions)
         assert total[span] == pytest.approx(band.of(force[None])[0], abs=1e-9 * np.abs(total).max())
+
+
+SCALED = {"strength_step": {"change": -0.3, "date": 5.0}, "vertical_load": {"share": 0.7}}
+
+
+def test_states_depend_on_what_their_laws_read_and_not_on_what_scales_forces_alone() -> None:
+    assert driving_states(("bouc_wen", "strength_step", "vertical_load")) == ("bouc_wen",)
+    assert driving_states(("bouc_wen", "pinching")) == ("bouc_wen", "pinching")
+    assert driving_states(("elastic", "stiffness_step")) == ()
+    assert driving_states(("bouc_wen", "heating", "strength_step")) == ("bouc_wen", "heating")
+
+
+@pytest.mark.parametrize("scale", SCALED)
+def test_a_scaled_force_is_the_same_by_columns_as_in_one_integration(scale: str) -> None:
+    """1e-9: the same numbers, added in another order."""
+    (seen,) = observations(BOUC_WEN, 0.01, 1, peaks=(0.05,), seconds=20.0)
+    data, whole = FitData.by_noise([seen]), Isolator({"bouc_wen": BOUC_WEN.effects["bouc_wen"], scale: SCALED[scale]})
+    (column,) = columns(data, whole, [("bouc_wen", "F_y")])
+    force = force_history(whole, seen.layer.displacement, seen.layer.velocity, seen.rate, seen.conditions)
+    expected = data.whitenings[0].filtered(force[None])[0]
+    assert whole.effects["bouc_wen"]["F_y"] * column == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+def test_columns_of_many_models_at_once_are_those_of_each() -> None:
+    seen = observations(BOUC_WEN, 0.01, 1, peaks=(0.01, 0.05), seconds=20.0)
+    together, alone = FitData.by_noise(seen), FitData.by_noise(seen)
+    asked = [
+        (Isolator({"friction": {"slip": slip}}), (("friction", "sliding"), ("friction", "a"))[:count])
+        for slip in (3e-4, 5e-4, 1e-3)
+        for count in (1, 2)
+    ]
+    compute_columns(together, asked)
+    for model, wanted in asked:
+        known = together.memory.of(((wanted), *((n, *v.values()) for n, v in model.effects.items())), pytest.fail)
+        assert np.array_equal(known, columns(alone, model, wanted))
 
 
 def test_what_the_layer_keeps_passes_from_one_earthquake_to_the_next() -> None:

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, strategies as st
 
 from core.errors import RecordError
@@ -45,3 +46,11 @@ def test_the_band_passes_without_delay_and_stops_what_is_outside() -> None:
 def test_a_record_too_short_for_the_band_is_refused() -> None:
     with pytest.raises(RecordError, match="must be longer than 20 s"):
         band_passed(np.zeros(1000), 100.0, (0.1, 30.0))
+
+
+@pytest.mark.parametrize("shape", [(3000,), (4, 3000)])
+def test_the_band_is_passed_as_by_scipy(shape: tuple[int, ...]) -> None:
+    samples = np.random.default_rng(1).standard_normal(shape) + 3.0
+    sections = scipy.signal.butter(4, (0.2, 20.0), "bandpass", fs=100.0, output="sos")
+    expected = scipy.signal.sosfiltfilt(sections, samples, axis=-1, padlen=1000)
+    assert np.array_equal(band_passed(samples, 100.0, (0.2, 20.0)), expected)
