@@ -23,7 +23,7 @@ from typing import BinaryIO
 import psutil
 
 HERE = str(Path(__file__).parent)
-PROGRAM = f"import sys; sys.path.append({HERE!r}); from forked_commands import serve; serve()"
+PROGRAM = f"import sys; sys.path.append({HERE!r}); from forked_commands import serve; serve(*sys.argv[1:])"
 SHARED = (
     *("service.cli", "service.roles", "service.serving", "service.kinds", "service.poller", "service.jobs.worker"),
     *("service.jobs.executors", "service.analyses.loading", "service.notify.notifier", "service.records.source_poller"),
@@ -66,16 +66,22 @@ class Command(psutil.Process):
 
 
 class Source:
-    """The process that the commands are copied from. It ends with this one."""
+    """The process that the commands are copied from. It ends with this one.
 
-    def __init__(self, environment: Mapping[str, str]) -> None:
+    Args:
+        environment: of the process.
+        more: further modules that it imports; with `forked_children`, the children of commands are copies too.
+    """
+
+    def __init__(self, environment: Mapping[str, str], *more: str) -> None:
         self._messages, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._lock = Lock()
         self.environment = dict(environment)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-c", PROGRAM], stdin=theirs, stdout=subprocess.DEVNULL, env=environment
+                [sys.executable, "-c", PROGRAM, *more], stdin=theirs, stdout=subprocess.DEVNULL, env=environment
             )
+        self.pid = self._process.pid
         atexit.register(self.end)
 
     def start(
@@ -108,11 +114,11 @@ def source() -> Source:
     return Source({name: value for name, value in os.environ.items() if not name.startswith("MENSHIN_")})
 
 
-def serve() -> None:
+def serve(*more: str) -> None:
     """Import what commands share, and be copied as often as is asked for on the standard input."""
-    sys.path.remove(HERE)
-    for name in SHARED:
+    for name in (*SHARED, *more):
         import_module(name)
+    sys.path.remove(HERE)
     import_module("service.analyses.loading").load()
     gc.collect()
     gc.freeze()
@@ -147,4 +153,6 @@ def _run(arguments: list[str], folder: str, environment: dict[str, str]) -> None
     os.environ.clear()
     os.environ.update(environment)
     sys.argv[1:] = arguments
+    if (children := sys.modules.get("forked_children")) is not None:
+        children.begin()
     import_module("service.cli").app()
