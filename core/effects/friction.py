@@ -1,20 +1,32 @@
-"""Sliding friction whose coefficient grows with speed: Constantinou et al. (1990), after an elastic slip.
+"""Sliding friction whose coefficient grows with speed, after an elastic slip: from round to sharp.
 
-The variable of the slip is theirs, with η = 2.
+With a corner of 2 the law is that of Constantinou et al. (1990): Wen's (1976) variable times a strength that grows with
+the speed. With a sharp corner it is that of sliding elements with a return mapping (Simo & Hughes 1998): the slider is
+a spring of one stiffness until the strength at its speed bounds the force. In between, the strength is divided: its
+power 2 / corner scales the force, and the rest bounds the variable.
 """
 
 from math import exp
 
 from core.effect import Effect, LogNormal, Parameter
 
-SHORTEST = 4e-3
-"""s: a slip faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
+ROUND = 2.0
+"""Corner of Constantinou et al. (1990)."""
+SHORTEST = 2e-3
+"""s: the variable comes to its bound no faster than this, since steps of a few milliseconds could not follow it."""
 
 
-def law(v, z_f, sliding, share, a, slip):
+def law(v, z_f, sliding, share, a, slip, corner):
     speed = abs(v)
-    rate = (v - 0.5 * z_f * (speed * abs(z_f) + v * z_f)) / max(slip, SHORTEST * speed)
-    return sliding * (1.0 - share * exp(-a * speed)) * z_f, rate
+    strength = 1.0 - share * exp(-a * speed)
+    scale = strength if corner <= ROUND else strength ** (ROUND / corner)
+    bound = strength / scale
+    along = z_f if v >= 0.0 else -z_f
+    rate = speed / slip * (1.0 - ((along / bound) ** corner if along > 0.0 else 0.0))
+    nearing = (bound - along) / SHORTEST
+    if abs(rate) > abs(nearing):
+        rate = nearing
+    return sliding * scale * z_f, rate if v >= 0.0 else -rate
 
 
 EFFECT = Effect(
@@ -28,6 +40,7 @@ EFFECT = Effect(
         Parameter("share", "1", (1e-3, 0.99), LogNormal(0.4, 0.7), "share of it that is missing in slow sliding"),
         Parameter("a", "s/m", (1.0, 500.0), LogNormal(30.0, 1.0), "rate at which it grows with the speed"),
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which sliding begins"),
+        Parameter("corner", "1", (1.0, 100.0), LogNormal(2.0, 1.0), "sharpness of that: 2 is round, from 10 on sharp"),
     ),
     absent={"sliding": 0.0},
     family="dry friction",
@@ -35,5 +48,6 @@ EFFECT = Effect(
     "with exp(-{a} times the speed)), reached within {slip} of each reversal.",
     suspect_when="The loop has steep sides at each reversal, however small the motion, and the same height at any "
     "displacement.",
-    source="Constantinou, Mokha & Reinhorn (1990), coefficient of friction against speed; Wen (1976) for the slip",
+    source="Constantinou, Mokha & Reinhorn (1990), coefficient of friction against speed; Wen (1976) for the slip; "
+    "Simo & Hughes (1998) for a sharp corner",
 )

@@ -70,7 +70,7 @@ def model_file(session: Session, model: ModelVersion) -> ModelFile:
         ConflictError: it names an effect that there is not.
     """
     try:
-        isolator = Isolator.of_all_values(model.effects)
+        isolator = Isolator(model.effects)
     except ModelError as error:
         raise ConflictError(texts.no_model(error)) from None
     compared = queries.latest_comparisons(session, [model.id])[model.id]

@@ -95,7 +95,7 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
         RecordError: none of the events can be compared.
     """
     model = session.get_one(ModelVersion, claim.model_id)
-    isolator = Isolator.of_all_values(model.effects)
+    isolator = Isolator(model.effects)
     named, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out") or ()
     there = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], None)
     requested = {event.id for event in there if named is None or event.id in {*named, *hold_out}}

@@ -1,5 +1,6 @@
 """Creation, display and acceptance of models in the API."""
 
+import tomllib
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -116,6 +117,19 @@ def test_a_removed_effect_is_still_displayed(api: TestClient, sessions: sessionm
         session.get_one(ModelVersion, identity).effects = {"gone": {"b": 2.0, "a": 1.0}}
     found = api.get(f"/api/v1/models/{identity}").json()["values"]
     assert [(one["parameter"], one["value"], one["unit"]) for one in found] == [("a", 1.0, None), ("b", 2.0, None)]
+
+
+def test_a_version_from_before_an_effect_had_a_value_more_has_the_usual_one(
+    api: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    friction = {"sliding": 1e6, "share": 0.3, "a": 20.0, "slip": 1e-3}
+    number = made(api, effects={**LINEAR, "friction": {**friction, "corner": 5.0}})["id"]
+    with sessions.begin() as session:
+        session.get_one(ModelVersion, number).effects = {**LINEAR, "friction": friction}
+    answer = api.get(f"/api/v1/models/{number}/file")
+    assert answer.status_code == 200, answer.text
+    stored = tomllib.loads(answer.text)["effects"]["friction"]
+    assert stored == {**friction, "corner": 2.0}
 
 
 def test_lineage_begins_with_the_first_model(api: TestClient, sessions: sessionmaker[Session]) -> None:
