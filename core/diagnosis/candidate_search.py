@@ -18,6 +18,7 @@ from core.effects import EFFECTS
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, finish_search, signatures, tangents
 from core.fitting.observation import Observation
+from core.fitting.projection import model_of
 from core.fitting.search import Outcome, Search, start_search, step_search
 from core.model.isolator import Isolator, parameter
 
@@ -36,6 +37,11 @@ INSTANTS = (0.2, 0.4, 0.6, 0.8)
 """Shares of the layer's travel in an earthquake at which a property may have changed. A choice."""
 CROSS = ("u_cross", "v_cross")
 """Motion in the other direction, as laws name it."""
+YIELDING = ("yielding", "sliding")
+"""Kinds of forces that yield after an elastic length."""
+LONGEST_SLIP = 1.5e-3
+"""m: up to this, an elastic length is rather that of a slider, and from then on that of a damper which yields. One law
+describes both where they have corners and the speed does not matter. A choice."""
 WIDE = 4.0
 """Ratio of the largest to the smallest usual length or speed of an effect within the layer's motion, below which REACH
 applies. A choice."""
@@ -77,7 +83,7 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
     gains = _gains(base.residual, basis, signatures(data, base, models), _is_one_sided(effect))
     places = [ScoreTest(effect, model, gain) for model, gain in zip(models, gains, strict=True)]
     best = sorted(places, key=lambda one: -one.gain)
-    if has_several_minima(effect):
+    if yields_beside(effect) and EFFECTS[effect].kind == "yielding":  # its sharpness depends on its length
         before = [[_lengths(other) for other in best[:number]] for number in range(len(best))]
         return tuple(one for one, others in zip(best, before, strict=True) if others.count(_lengths(one)) < POLISHED)
     best = [one for one in best if one.gain >= PROMISING * best[0].gain]
@@ -85,12 +91,20 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
     return (*best[:POLISHED], *other[:1])
 
 
-def has_several_minima(effect: str) -> bool:
-    """True for a yielding force beside the damper's: of the two lengths, either may become the shorter one in a search.
+def yields_beside(effect: str) -> bool:
+    """True for a force that yields or slides beside the damper's: of the two lengths, either may be the shorter one.
 
-    A search from the wrong side ends in a local minimum. Such an effect has places at each of its lengths.
+    The misfit has a minimum on either side. A model that was fitted without the effect has drawn the damper to the
+    effect's length, so that a search from there may end in the wrong one.
     """
-    return EFFECTS[effect].kind == "yielding" and EFFECTS[effect].publishes is None
+    return EFFECTS[effect].kind in YIELDING and EFFECTS[effect].publishes is None
+
+
+def unusual_length(effect: str, model: Isolator) -> Parameter | None:
+    """Length of a slip that is rather a damper's, or of a damper that is rather a slip; None if it is usual."""
+    lengths = [one for one in EFFECTS[effect].parameters if one.unit == "m"] if yields_beside(effect) else []
+    slides, values = EFFECTS[effect].kind == "sliding", model.effects[effect]
+    return next((one for one in lengths if (values[one.name] > LONGEST_SLIP) == slides), None)
 
 
 def _lengths(one: ScoreTest) -> list[float]:
@@ -202,14 +216,34 @@ def search_in_parallel(
     Args:
         data: the records, weighed.
         places: by effect, models with it at values from which to search, the most promising first.
-        thorough: effects that are searched from every place.
+        thorough: effects that are searched from every place, and with their length and the damper's exchanged.
     """
     searches = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
     diverged = [effect for effect, one in searches.items() if one.outcome is Outcome.DIVERGED]
     for effect in dict.fromkeys([*_near(searches), *diverged, *thorough]):
         for model in places[effect][1:]:
             searches[effect] = _better(data, searches[effect], start_search(data, model))
+    for effect in thorough:
+        exchanged = _exchanged(searches[effect], effect)
+        if exchanged is not None:
+            searches[effect] = _better(data, searches[effect], start_search(data, exchanged))
     return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in searches.items()}
+
+
+def _exchanged(one: Search, effect: str) -> Isolator | None:
+    """The model of a search with the length of an effect and the damper's exchanged; None if one has no such length."""
+    values = dict(one.point.values)
+    names = dict.fromkeys(name for name, _ in values)
+    damper = next((name for name in names if EFFECTS[name].publishes), None)
+    own, other = (
+        next((key for key in values if key[0] == name and parameter(key).unit == "m"), None)
+        for name in (effect, damper)
+    )
+    if own is None or other is None:
+        return None
+    for key, value in ((own, values[other]), (other, values[own])):
+        values[key] = float(np.clip(value, *parameter(key).bounds))
+    return model_of(values, tuple(names))
 
 
 def _in_turn(data: FitData, running: dict[str, Search]) -> dict[str, Search]:

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnosis.candidate_search import is_excited
+from core.diagnosis.candidate_search import is_excited, unusual_length
 from core.effects import EFFECTS
 from core.fitting.fit import Fit
 from core.fitting.observation import Observation, excitation_by
 from core.fitting.search import Outcome
 from core.model.force_response import response_to
-from core.model.isolator import Isolator, parameter
+from core.model.isolator import Isolator, Key, parameter
 
 CERTAIN = 3.0
 """Standard deviations by which a value must differ from one at which the law is a simpler one. A choice."""
@@ -78,13 +78,25 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
     if not is_excited(effect, observations):
         yield "it depends on motion in the other direction, which no record has"
     yield from ends(effect, fit)
+    length = unusual_length(effect, fit.model)
+    if length is not None:
+        if about.kind == "sliding":
+            yield f"{length.name} is rather the length of a damper that yields ({length.meaning})"
+        else:
+            yield f"{length.name} is rather the length of a slider ({length.meaning})"
     for name, simple in about.special.items():
         if (effect, name) in fit.free and abs(values[name] - simple) < CERTAIN * fit.std[effect, name]:
             yield f"{name} may be {simple:g}, where a simpler law would do ({parameter((effect, name)).meaning})"
-    # an instant between two earthquakes need not be known any better
-    lost = [name for of, name in fit.undetermined if of == effect and not parameter((of, name)).is_instant]
+    lost = [name for of, name in fit.undetermined if of == effect and _must_be_known((of, name), fit)]
     if lost:
         yield f"the records do not determine {', '.join(lost)}"
+
+
+def _must_be_known(key: Key, fit: Fit) -> bool:
+    """False for an instant, which need not be known any better between two earthquakes, and for a shape without any
+    influence at its value, as the sharpness of a bend that is over within a sample."""
+    is_shape = key[1] not in EFFECTS[key[0]].linear
+    return not parameter(key).is_instant and not (is_shape and fit.std[key] == 0)
 
 
 def _work(model: Isolator, observation: Observation) -> float:

@@ -5,13 +5,13 @@ by record, and τ by how much its power exceeds that of white noise where the la
 a real building cannot explain does not count as many independent witnesses.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import Vector
-from core.diagnosis.candidate_search import ScoreTest, has_several_minima, score_tests, search_in_parallel
+from core.diagnosis.candidate_search import ScoreTest, score_tests, search_in_parallel, unusual_length, yields_beside
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.fitting.data import FitData
@@ -158,8 +158,7 @@ def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: I
     own = set() if known is None else set(known.effects) - set(base.model.effects)
     simple = [name for name in effects if name in own or not EFFECTS[name].special]
     seen, fits = _searched(data, base, simple, known)
-    finite = [base, *(fit for fit in fits.values() if fit.outcome is not Outcome.DIVERGED)]
-    if min(_noise_ratio(data, fit, floor) for fit in finite) > EXPLAINED:
+    if not _explains(data, base, fits, floor):
         more, their_fits = _searched(data, base, [name for name in effects if name not in simple])
         seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
@@ -196,8 +195,15 @@ def _searched(
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
     models = {places[0].effect: [place.model for place in places] for places in promising}
-    fits = search_in_parallel(data, models, [effect for effect in models if has_several_minima(effect)])
+    fits = search_in_parallel(data, models, [effect for effect in models if yields_beside(effect)])
     return seen, dict(fits)
+
+
+def _explains(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> bool:
+    """True if the model, or one of the simple laws with usual lengths, leaves hardly more than noise."""
+    usual = [fit for name, fit in fits.items() if unusual_length(name, fit.model) is None]
+    finite = [base, *(fit for fit in usual if fit.outcome is not Outcome.DIVERGED)]
+    return min(_noise_ratio(data, fit, floor) for fit in finite) <= EXPLAINED
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:

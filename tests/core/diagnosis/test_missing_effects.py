@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
@@ -157,6 +158,32 @@ def test_sharp_yield_is_named_and_no_stand_in_beside_it(strength: float, give: f
     values = diagnosis.after.model.effects["sharp_hysteresis"]
     assert (values["F_p"], values["D_p"]) == pytest.approx((strength, give), rel=0.03)
     assert values["n_p"] > 10
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+
+
+def sharp_sliding(one: Observation, share: float, a: float, give: float) -> Vector:
+    """Force over that of fast sliding: a spring that gives so far until the strength at the speed bounds it."""
+    time, fine = np.arange(one.layer.velocity.size), np.arange(0, one.layer.velocity.size - 1, 0.1)
+    displacement = CubicHermiteSpline(time / one.rate, one.layer.displacement, one.layer.velocity)(fine / one.rate)
+    strength = 1 - share * np.exp(-a * np.abs(np.interp(fine, time, one.layer.velocity)))
+    force = np.zeros(fine.size)
+    for now, travel in enumerate(np.diff(displacement), 1):
+        force[now] = np.clip(force[now - 1] + travel / give, -strength[now], strength[now])
+    return np.interp(time, fine, force)
+
+
+@pytest.mark.parametrize(("share", "a", "give"), [(0.0, 50.0, 1e-4), (0.0, 50.0, 5e-4), (0.6, 50.0, 5e-4)])
+def test_sliding_that_sticks_sharply_is_friction(share: float, a: float, give: float) -> None:
+    """Constant, or growing with the speed. The fit without it had drawn the damper to its slip; a second hysteresis of
+    the damper's length, a damper with its brace or break-away friction had been named."""
+    seen = tuple(
+        replace(one, layer=replace(one.layer, force=one.layer.force + 1.5e6 * sharp_sliding(one, share, a, give)))
+        for one in observations(BOUC_WEN, 0.02, 14)
+    )
+    offered = ("friction", "breakaway", "second_hysteresis", "braced_viscous", "relief", "yield_sharpness")
+    diagnosis = diagnosed(seen, BOUC_WEN, offered)
+    assert [step.chosen.effect for step in diagnosis.named] == ["friction"]
+    assert diagnosis.outcome is Outcome.EFFECT
     assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
 
 

@@ -82,6 +82,17 @@ def test_a_law_that_may_be_a_simpler_one_is_doubtful(exponent: float, is_simple:
     assert implausible("braced_viscous", result, seen()) == (reason if is_simple else None)
 
 
+@pytest.mark.parametrize(
+    ("name", "std", "is_doubtful"), [("corner", 0.0, False), ("corner", 3.0, True), ("sliding", 0.0, True)]
+)
+def test_a_shape_without_influence_raises_no_doubt(name: str, std: float, is_doubtful: bool) -> None:
+    """As the corner of a slip that is over within a sample. A shape that other values imitate does, as a strength."""
+    sliding = Isolator({**BOUC_WEN.effects, "friction": {"slip": 1e-4}})
+    key = ("friction", name)
+    result = replace(fit(BOUC_WEN), model=sliding, free=(key,), covariance=np.array([[std**2]]), undetermined=(key,))
+    assert (implausible("friction", result, seen()) is not None) == is_doubtful
+
+
 def test_what_depends_on_the_other_direction_needs_motion_there() -> None:
     warm = Isolator({**BOUC_WEN.effects, "biaxial_heating": {"loss": 0.1, "recovery": 50.0}})
     result = replace(fit(BOUC_WEN), model=warm)
