@@ -24,7 +24,7 @@ from core.effect import RESULTS
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, chi_square, error, fitted, reweighted_fit
+from core.fitting.fit import Fit, check_motion, chi_square, error, fitted, reweighted_fit
 from core.fitting.observation import Observation
 from core.fitting.search import Outcome as SearchOutcome
 from core.model.isolator import Isolator
@@ -179,11 +179,12 @@ def diagnosed(
         held_out: of other earthquakes, which nothing is fitted to: an effect must explain them too.
 
     Raises:
-        RecordError: no observation.
+        RecordError: no observation, or none with motion and force.
         ModelError: a model's force grew beyond all bounds.
     """
     if not observations:
         raise RecordError("no earthquake is left for the diagnosis; give one that was analysed in this direction")
+    check_motion(observations)
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     allowed_effects = sorted(EFFECTS if effects is None else effects)
 

@@ -169,7 +169,7 @@ def _result(point: Point, free: tuple[Key, ...], turned: Matrix, outcome: Outcom
     there = np.flatnonzero(scale > 0)
     normal = turned[there] @ turned[there].T / np.outer(scale[there], scale[there])
     values, vectors = linalg.eigh(normal)
-    spread = vectors / np.sqrt(np.maximum(values, DEGENERATE * values[-1]))
+    spread = vectors / np.sqrt(np.maximum(values, DEGENERATE * values.max(initial=0.0)))
     covariance = np.zeros((len(free), len(free)))
     covariance[np.ix_(there, there)] = (spread @ spread.T) / np.outer(scale[there], scale[there])
     own = 1 / np.diag(spread @ spread.T)
@@ -232,9 +232,20 @@ def weighted_fit(observations: Sequence[Observation], model: Isolator, zero: Col
     """
     if not observations:
         raise RecordError("no earthquake is left to fit to; add one that is not held out and has force and motion")
+    check_motion(observations)
     weighted = reweighted_fit(FitData.by_noise(sorted(observations, key=lambda one: one.start)), model, zero)
     weighted.data.memory.clear()
     return weighted
+
+
+def check_motion(observations: Sequence[Observation]) -> None:
+    """Raise RecordError if the layer does not move in any of these records, or has no force in any."""
+    layers = [one.layer for one in observations]
+    if not any(np.ptp(layer.displacement) and layer.force.any() for layer in layers):
+        raise RecordError(
+            "the isolation layer does not move, or has no force, in any of these earthquakes; "
+            "add one with motion, and check the sensors of ground and base"
+        )
 
 
 def reweighted_fit(by_noise: FitData, model: Isolator, zero: Collection[Key] = ()) -> WeightedFit:
@@ -267,5 +278,6 @@ def inflation(data: FitData, fit: Fit) -> float:
     each = []
     for span in data.spans:
         power, force = fit.residual[span] ** 2, data.target[span] ** 2
-        each.append(np.sum(power * force) / (np.sum(force) * np.mean(power)))
-    return max(1.0, float(np.mean(each)))
+        if force.any() and power.any():  # a record at rest weighs nothing
+            each.append(np.sum(power * force) / (np.sum(force) * np.mean(power)))
+    return max(1.0, float(np.mean(each))) if each else 1.0

@@ -13,6 +13,8 @@ from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
 from core.diagnosis.missing_effects import Outcome, diagnosed
+from core.errors import RecordError
+from core.fitting.fit import weighted_fit
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 
@@ -185,6 +187,24 @@ def test_sliding_that_sticks_sharply_is_friction(share: float, a: float, give: f
     assert [step.chosen.effect for step in diagnosis.named] == ["friction"]
     assert diagnosis.outcome is Outcome.EFFECT
     assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "force"])
+def test_records_at_rest_are_refused_in_words(quantity: str) -> None:
+    """A channel that does not move, such as one that is stuck; a fit says the same."""
+    seen = observations(BOUC_WEN, 0.02, 4, (0.01,), 12.0)
+    still = [replace(one, layer=replace(one.layer, **{quantity: np.zeros(one.layer.force.size)})) for one in seen]
+    for refused in (lambda: diagnosed(still, BOUC_WEN, ("friction",)), lambda: weighted_fit(still, BOUC_WEN)):
+        with pytest.raises(RecordError, match="does not move, or has no force"):
+            refused()
+
+
+def test_one_record_at_rest_among_others_does_no_harm() -> None:
+    seen = observations(Isolator({**BOUC_WEN.effects, "hardening": HIDDEN["hardening"]}), 0.02, 4, (0.08, 0.02))
+    rest = np.zeros(seen[1].layer.force.size)
+    still = replace(seen[1], layer=replace(seen[1].layer, displacement=rest, velocity=rest, force=rest))
+    diagnosis = diagnosed([seen[0], still], BOUC_WEN, ("hardening",))
+    assert [step.chosen.effect for step in diagnosis.steps] == ["hardening"]
 
 
 def test_an_effect_whose_values_lie_in_a_local_minimum_is_fitted_again() -> None:
