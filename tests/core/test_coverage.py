@@ -1,6 +1,7 @@
 """95 % bands hold what happened: some cases of what `python -m benchmarks.coverage` runs.
 
-Seeds are odd: constants of the estimators were chosen on even ones.
+Seeds are odd: constants of the estimators were chosen on even ones. What depends on the numerics alone is a study of
+accuracy; the demonstration's sensors and motions are the service's.
 """
 
 import numpy as np
@@ -16,6 +17,7 @@ LOW, HIGH = 0.90, 0.985
 WEAK, STRONG = 15.0, 300.0
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.02, 0.05, 0.10])
 @pytest.mark.parametrize(("truth", "peak"), [("another building", WEAK), ("pink noise", STRONG)])
 def test_the_force_of_an_event_with_coloured_noise(truth: str, peak: float, noise: float) -> None:
@@ -27,6 +29,7 @@ def test_the_force_of_an_event_with_coloured_noise(truth: str, peak: float, nois
     assert LOW <= covered.displacement.inside <= HIGH
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 def test_the_force_by_static_interpolation(noise: float) -> None:
     """And the displacement from accelerations alone."""
@@ -37,6 +40,7 @@ def test_the_force_by_static_interpolation(noise: float) -> None:
     assert covered.displacement.inside >= LOW
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.05, 0.10])
 def test_the_force_of_a_building_that_the_noise_hides_to_be_unlike_the_model(noise: float) -> None:
     """The hypothesis of most evidence may be off by three standard deviations, and one not ruled out nearer.
@@ -49,12 +53,14 @@ def test_the_force_of_a_building_that_the_noise_hides_to_be_unlike_the_model(noi
     assert all(one.strong.width < 1.6 * one.strong.error for one in covereds)
 
 
+@pytest.mark.accuracy
 def test_the_force_by_static_interpolation_of_an_uneven_building() -> None:
     covered = coverage(Case("floor masses ±20 %", "AKT013", WEAK, 0.01, 1), "cms", transducer=False)
     assert LOW <= covered.force.inside <= HIGH
     assert LOW <= covered.strong.inside <= HIGH
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.02, 0.05, 0.10])
 def test_the_displacement_whatever_the_noise_makes_of_the_position_at_rest(noise: float) -> None:
     """From 5 % noise on no rest shows before the event, and zero is the mean of a record that ends elsewhere."""
@@ -64,6 +70,7 @@ def test_the_displacement_whatever_the_noise_makes_of_the_position_at_rest(noise
     assert 0.8 * covered.error < covered.width < 1.2 * covered.error
 
 
+@pytest.mark.accuracy
 def test_models_are_fitted_by_the_displacement_noise_and_not_by_its_position_at_rest() -> None:
     motion = analyse(segments(recorded(Case("bending +20 %", "AKT013", WEAK, 0.05, 1))), paper(), AnalysisSettings())
     result = motion.directions["x"].motion
@@ -73,6 +80,7 @@ def test_models_are_fitted_by_the_displacement_noise_and_not_by_its_position_at_
     assert np.array_equal(result.noise_std[1], result.velocity_std)
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(("truth", "noise"), [("constant modal damping 2 %", 0.02), ("in class", 0.05)])
 def test_the_stiffness_of_cycles(truth: str, noise: float) -> None:
     covered = coverage(Case(truth, "AKT013", WEAK, noise, 1))
@@ -80,6 +88,7 @@ def test_the_stiffness_of_cycles(truth: str, noise: float) -> None:
     assert covered.k_inside >= LOW * covered.cycles
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.02, 0.05])
 def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> None:
     """The filter's errors at the record's ends widen the band there alone: it covered all samples."""
@@ -97,6 +106,7 @@ def test_the_force_where_omitted_floors_show_noise_alone() -> None:
         assert strong.width < 2.0 * strong.error
 
 
+@pytest.mark.accuracy
 @needs_shared
 @pytest.mark.parametrize("floors", [("2", "roof"), ("3", "5"), ("4", "5", "roof"), ("2", "3", "4", "roof")])
 def test_the_real_building_from_several_floors(floors: tuple[str, ...]) -> None:
@@ -106,6 +116,7 @@ def test_the_real_building_from_several_floors(floors: tuple[str, ...]) -> None:
     assert np.mean([one.width / one.error for one in results]) < 2.5
 
 
+@pytest.mark.accuracy
 @needs_shared
 def test_the_real_building_from_a_sensor_in_an_unfavourable_place() -> None:
     """The displacement was integrated: no tenth of a millimetre is known of it, and k_eq no better than that."""
