@@ -112,16 +112,22 @@ def _turned(z, travel, A, beta, gamma):  # type: ignore[no-untyped-def]  # noqa:
 @njit(cache=True)
 def _integrate(ground, substeps, step, held, rising, A, beta, gamma, yielding):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     n, count = step.shape[0], ground.size
-    x, z = np.zeros(n), 0.0
+    x, ahead, z, columns = np.zeros(n), np.zeros(n), 0.0, step.T.copy()
     states, histories = np.zeros((count, n)), np.zeros(count)
     for i in range(count - 1):
         slope = (ground[i + 1] - ground[i]) / substeps
         for s in range(substeps):
             a = ground[i] + s * slope
-            ahead = step @ x + held[:, 0] * a + held[:, 1] * z + rising[:, 0] * slope
+            for row in range(n):
+                ahead[row] = held[row, 0] * a + held[row, 1] * z + rising[row, 0] * slope
+            for column in range(n):  # in loops: with products of arrays the whole takes twice as long
+                for row in range(n):
+                    ahead[row] += columns[column, row] * x[column]
             after = z
             for _ in range(4):  # a contraction by about 1e-4 a turn
                 after = _turned(z, (ahead[0] + rising[0, 1] * (after - z) - x[0]) / yielding, A, beta, gamma)
-            x, z = ahead + rising[:, 1] * (after - z), after
+            for row in range(n):
+                x[row] = ahead[row] + rising[row, 1] * (after - z)
+            z = after
         states[i + 1], histories[i + 1] = x, z
     return states, histories
