@@ -8,7 +8,8 @@ ServiceError
 ├── UnauthorizedError     401, the key is missing or unknown
 ├── LoginRequiredError    303, redirects a browser to the login form
 ├── ForbiddenError        403, the caller's role does not permit the request
-└── TooManyRequestsError  429, the client has too many requests in progress
+├── TooManyRequestsError  429, the client has too many requests in progress
+└── StoreAwayError        503, the store of original files cannot be used now
 """
 
 from collections.abc import Mapping
@@ -77,4 +78,11 @@ class TooManyRequestsError(ServiceError):
     """The client has too many requests in progress."""
 
     status = 429
+    headers = {"Retry-After": "60"}  # noqa: RUF012  read only
+
+
+class StoreAwayError(ServiceError):
+    """The store of original files cannot be used now; nothing is lost, and everything continues once it can."""
+
+    status = 503
     headers = {"Retry-After": "60"}  # noqa: RUF012  read only

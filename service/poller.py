@@ -28,6 +28,7 @@ from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.problems import Attempts
 from service.db.process_leases import POLLING, POLLING_LEASE, SHARING
+from service.errors import StoreAwayError
 from service.records.source_poller import SourcePoller
 from service.records.source_schedule import SourceSchedule
 from service.records.streams.following import Streams
@@ -194,6 +195,8 @@ class Poller:
                 return sources.poll(code)
             except OperationalError:
                 raise
+            except StoreAwayError:  # logged where it began
+                return False
             except Exception:  # a bug at one building must not stop the others; it is logged each time
                 log.exception("polling the source of %s failed", code)
         return True

@@ -18,6 +18,7 @@ from service.cli import (
     run,
     secret,
     status,
+    storage,
     transfer,
 )
 from service.cli.edge import Edge
@@ -39,6 +40,7 @@ app.add_typer(building.app, name="building")
 app.add_typer(model.app, name="model")
 app.add_typer(keys.app, name="key")
 app.add_typer(secret.app, name="secret")
+app.add_typer(storage.app, name="storage")
 
 
 def _print_version(wanted: bool) -> None:

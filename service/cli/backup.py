@@ -26,6 +26,14 @@ def backup(file: Annotated[Path, typer.Argument(dir_okay=False, help="File to wr
     except backups.BackupError as error:
         end(str(error), REFUSED)
     typer.echo(f"{file}: {size / 1e6:.1f} MB, checked")
+    files, outside = backups.files_outside(file)
+    if files:
+        store = current_settings().storage.originals
+        typer.echo(
+            f"{files} original files ({outside / 1e6:.1f} MB) are in {store}, not in this copy: back up that store "
+            "after the database",
+            err=True,
+        )
 
 
 @app.command()
@@ -43,3 +51,5 @@ def restore(
     except backups.BackupError as error:
         end(str(error), REFUSED)
     typer.echo(f"restored from {file}" + ("" if before is None else f"; the database before it is {before}"))
+    if backups.files_outside(file)[0]:
+        typer.echo("`menshin storage check` says whether the store has all original files that it names", err=True)

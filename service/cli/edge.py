@@ -76,11 +76,15 @@ def words(error: BaseException) -> str | None:
     from core.errors import CoreError
     from service.db.encryption import SecretKeyError
     from service.db.problems import DatabaseVersionError, problem
+    from service.errors import StoreAwayError
+    from service.records.file_store import LostFileError
     from service.tracing import NoTracesError
 
     if isinstance(error, SQLAlchemyError):
         return problem(error)
-    if isinstance(error, DatabaseVersionError | SecretKeyError | CoreError | NoTracesError):
+    if isinstance(
+        error, DatabaseVersionError | SecretKeyError | CoreError | NoTracesError | StoreAwayError | LostFileError
+    ):
         return str(error)
     if isinstance(error, UnicodeDecodeError):
         return f"a file is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8, or name another"

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from service.cli.database import opened
-from service.cli.inputs import REFUSED, end, progress_bar
+from service.cli.inputs import REFUSED, current_settings, end, progress_bar
 
 app = typer.Typer()
 
@@ -40,7 +40,15 @@ def export_building(
     try:
         with opened(context) as sessions, os.fdopen(handle, "wb") as output:
             with progress_bar() as report_step, reading(sessions)() as session:
-                manifest = export(session, code, output, datetime.now(UTC), report_step, with_secrets=with_secrets)
+                manifest = export(
+                    session,
+                    code,
+                    output,
+                    datetime.now(UTC),
+                    report_step,
+                    with_secrets=with_secrets,
+                    settings=current_settings().storage,
+                )
             output.flush()
             os.fsync(output.fileno())
         unfinished.rename(file)
@@ -71,11 +79,11 @@ def import_building(
     from service.db.migrate import newest
     from service.transfer import archive, contents, importing
 
-    expected = {one.name: one for one in contents.tables()}
+    expected = {one.name: one for one in contents.expected()}
     with opened(context) as sessions:
         try:
             with archive.opened(file, newest(), expected) as found, progress_bar() as report_step:
-                importing.import_building(sessions, found, report_step)
+                importing.import_building(sessions, found, report_step, current_settings().storage)
         except (BuildingError, archive.ArchiveError) as error:
             end(f"{file}: {error}", REFUSED)
     manifest = found.manifest

@@ -91,6 +91,17 @@ def restore(url: str, file: Path, now: datetime) -> Path | None:
     return before
 
 
+def files_outside(file: Path) -> tuple[int, int]:
+    """Number and bytes of the original files of a backup that are in the store of `storage.originals`."""
+    with closing(sqlite3.connect(f"file:{quote(str(file.resolve()))}?mode=ro", uri=True)) as opened:
+        columns = {name for _, name, *_ in opened.execute("PRAGMA table_info(content)")}
+        if "is_outside" not in columns:  # of an earlier version
+            return 0, 0
+        counted = "SELECT count(*), coalesce(sum(size), 0) FROM content WHERE is_outside AND deleted_at IS NULL"
+        files, size = opened.execute(counted).fetchone()
+    return files, size
+
+
 def _keep(old: Path, kept: Path) -> None:
     """A second name for a file, whose first one will be another's; a copy where the file system has no such thing."""
     try:

@@ -15,7 +15,7 @@ from service.settings import Settings
 
 DATABASE = "database"
 FURTHER = (
-    *("disk", "clock", "poller", "worker", "notifier", "api"),
+    *("disk", "storage", "clock", "poller", "worker", "notifier", "api"),
     *("mail", "sources", "keys", "recipients"),
 )
 """Names of the checks that need the database."""
@@ -73,6 +73,7 @@ def _checks(settings: Settings, made: sessionmaker[Session], timeout: float) -> 
     patience = 0.6 * timeout  # of one request: the check's own deadline comes later
     return {
         "disk": partial(installation.of_disk, settings, made),
+        "storage": partial(installation.of_storage, settings, made),
         "clock": partial(installation.of_clock, settings, made),
         "poller": partial(installation.of_poller, settings, made),
         "worker": partial(installation.of_worker, settings, made),

@@ -21,10 +21,13 @@ from service.db.problems import shown
 from service.db.process_leases import NOTIFYING, has_passed
 from service.db.sessions import free_bytes
 from service.doctor.findings import Found, good, note, wrong
+from service.errors import StoreAwayError
 from service.health import readiness
 from service.jobs.tables import Lease
 from service.notify.housekeeping import LEASE
-from service.records.tables import SourceState
+from service.records import originals
+from service.records.file_store import LostFileError, store_of
+from service.records.tables import Content, SourceState
 from service.settings import Settings, old_names, settings_file, unknown_variables
 from service.user_effects import add_user_effects
 
@@ -34,6 +37,8 @@ TEMPORARY = 500 * MIB
 CROWDED = 0.9
 """Fraction of a server's connections in use from which on it is noted. Not tuned."""
 NTP = "let all machines follow a time server (NTP)"
+SAMPLE = 3
+"""Original files that are read as a sample; `menshin storage check` reads all."""
 LOCKED = 3
 """s for which the database may be in use by another writer."""
 
@@ -132,6 +137,37 @@ def of_disk(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Fou
             f"less than jobs.kept_room = {settings.jobs.kept_room:g} GB are free at {kept}",
             "free some space, or set a smaller jobs.kept_room",
         )
+
+
+def of_storage(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Found]:
+    """The store of original files can be reached and written, has room, and is the one that the database needs."""
+    with sessions() as session:
+        outside = originals.outside(session)
+        sample = session.scalars(select(Content.sha256).where(Content.is_outside, originals.is_there()).limit(SAMPLE))
+        store = store_of(settings.storage)
+        if store is None:
+            if outside.files:
+                yield wrong(
+                    f"{outside.files} original files are outside the database, but storage.originals is not set",
+                    "set it to the store that has them",
+                )
+            else:
+                yield good("original files are in the database")
+            return
+        try:
+            store.probe()
+            yield good(f"{store.url} can be read and written, and has {outside.files} original files")
+            if (free := store.free_bytes()) is not None and free < settings.data_health.disk_reserve:
+                yield wrong(
+                    f"{free / MIB:.0f} MiB are free at {store.url}, {settings.data_health.disk_reserve / MIB:.0f} MiB "
+                    "should be",
+                    "free some space there, or set retention.original_files and run `menshin prune`",
+                )
+            for digest in sample.all():
+                store.get(digest)
+        except (StoreAwayError, LostFileError) as error:
+            sentence, _, helps = str(error).partition("; ")
+            yield wrong(sentence, helps)
 
 
 def _existing(folder: Path) -> Path:

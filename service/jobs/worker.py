@@ -23,6 +23,7 @@ from service.db import process_leases
 from service.db.problems import Attempts
 from service.db.process_leases import WORKING
 from service.db.sessions import reading
+from service.errors import StoreAwayError
 from service.jobs import queue
 from service.jobs.executors import (
     Executors,
@@ -268,6 +269,10 @@ class Worker:
                 self._submit(Running(claim, inputs, kind.stages(inputs), trace=trace))
         except OperationalError:
             raise
+        except StoreAwayError as error:
+            trace.end(error)
+            log.warning("job %d waits for its lease to lapse: %s", claim.job_id, error)
+            return False
         except LostComputationError as error:
             self._begin_again(claim, trace, error)
             return False

@@ -1,12 +1,12 @@
 """Jobs that forecast the response to the ground motion of a stored earthquake, or to one that was uploaded."""
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import PurePath
 from typing import Any
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
@@ -29,8 +29,12 @@ from service.models.inputs import FITTED, EventInputs, WorkInputs, stored_event,
 from service.models.model_file import ModelFile
 from service.models.results import as_json
 from service.models.uploads import uploaded_motion
-from service.records.tables import Content, Event
+from service.records import originals
+from service.records.file_store import LostFileError
+from service.records.tables import Event
 from service.settings import Settings
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +76,11 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> ForecastInputs
     file = building_store.parsed(session.get_one(Revision, work.revision_id))
     at = session.get_one(Job, claim.job_id).created_at
     if (uploaded := claim.arguments.get("motion")) is not None:
-        data = session.scalars(select(Content.data).where(Content.sha256 == uploaded["sha256"])).one_or_none()
-        if data is None:
-            raise RecordError(texts.FILE_GONE)
+        try:
+            data = originals.read(session, uploaded["sha256"], settings.storage)
+        except LostFileError as error:
+            log.warning("job %d: %s", claim.job_id, error)
+            raise RecordError(texts.FILE_GONE) from None
         name = uploaded["name"]
         return ForecastInputs(work, file, Uploaded(name, data), PurePath(name).stem, at)
     event = session.get(Event, claim.arguments["earthquake"])

@@ -19,7 +19,7 @@ from service.errors import ConflictError
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT, FORECAST, IMPROVE, SKETCH
 from service.jobs.tables import Job
-from service.models import queries, store, texts, uploads
+from service.models import queries, store, texts
 from service.models.queries import DIRECTIONS
 from service.models.schema import (
     EffectRequest,
@@ -32,8 +32,8 @@ from service.models.schema import (
 )
 from service.models.store import Draft
 from service.models.tables import ModelVersion
-from service.models.uploads import MotionFile
-from service.records import queries as record_queries
+from service.models.uploads import KeptFile
+from service.records import originals, queries as record_queries
 
 
 def make(session: Session, code: str, wanted: ModelRequest, by: str, now: datetime) -> ModelVersion:
@@ -164,7 +164,7 @@ def forecast(session: Session, model_id: int, wanted: ForecastRequest, by: str, 
 
 
 def forecast_uploaded(
-    session: Session, model_id: int, file: MotionFile, wanted: ForecastScaling, by: str, now: datetime
+    session: Session, model_id: int, file: KeptFile, wanted: ForecastScaling, by: str, now: datetime
 ) -> Job:
     """Queue a forecast of the response to an uploaded ground motion, which `uploads.check` has accepted.
 
@@ -173,7 +173,8 @@ def forecast_uploaded(
     """
     model = queries.version(session, model_id)
     _check_scaling(session, model, wanted)
-    motion = {"name": file.name, "sha256": uploads.keep(session, file)}
+    originals.add(session, file.data)
+    motion = {"name": file.name, "sha256": file.data.sha256}
     arguments = {"motion": motion, **wanted.model_dump(exclude_none=True)}
     return job_queue.enqueue_work(session, model, FORECAST, arguments, by, now)
 

@@ -2,13 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from io import BytesIO
 from pathlib import PurePath
 from zipfile import ZIP_DEFLATED, ZipFile
-
-from sqlalchemy import select
-from sqlalchemy.orm import Session
 
 from core.errors import RecordError
 from core.forecasting.ground_motion import GroundMotion
@@ -19,7 +15,8 @@ from service.models import texts
 from service.models.motions import motion, of_contents
 from service.parsing import process
 from service.parsing.process import Limits, ParserDiedError, ParserFailedError
-from service.records.tables import Content
+from service.records.originals import Secured, secured
+from service.settings import Settings
 
 MOST_FILES = 12
 """Files of one motion: three components, each with its headers apart, and some to spare. A choice."""
@@ -33,6 +30,14 @@ class MotionFile:
 
     name: str
     data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class KeptFile:
+    """A file whose bytes a job may name."""
+
+    name: str
+    data: Secured
 
 
 def one_file(files: Sequence[MotionFile]) -> MotionFile:
@@ -64,12 +69,13 @@ def check(file: MotionFile, building: BuildingFile, limits: Limits) -> None:
         raise ConflictError(f"{str(error).rstrip('.')}.") from None
 
 
-def keep(session: Session, file: MotionFile) -> str:
-    """Keep the bytes; their SHA-256."""
-    digest = sha256(file.data).hexdigest()
-    if session.scalar(select(Content.sha256).where(Content.sha256 == digest)) is None:
-        session.merge(Content(sha256=digest, size=len(file.data), data=file.data))
-    return digest
+def kept(file: MotionFile, settings: Settings) -> KeptFile:
+    """The file with its bytes safe, before the transaction that queues its job begins.
+
+    Raises:
+        StoreAwayError: as of `originals.secured`.
+    """
+    return KeptFile(file.name, secured(file.data, settings.storage))
 
 
 def uploaded_motion(name: str, data: bytes, building: BuildingFile) -> GroundMotion:

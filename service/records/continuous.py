@@ -6,7 +6,6 @@ from datetime import datetime, timedelta
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from service import parsing
 from service.buildings.tables import Building
 from service.formats.trace import Span, Trace, extent
 from service.jobs import queue as job_queue
@@ -54,8 +53,8 @@ def take_in(
     """
     trigger = trigger_settings(settings)
     memory = trigger.before + trigger.after + timedelta(seconds=2 * trigger.long)
-    around, limits = _around(session, recording, memory), parsing.limits(settings)
-    pieces = [(near, traces if near.id == recording.id else traces_of(session, near, limits)) for near in around]
+    around = _around(session, recording, memory)
+    pieces = [(near, traces if near.id == recording.id else traces_of(session, near, settings)) for near in around]
     shaking = [trace.segment() for _, traces in pieces for trace in traces if trace.quantity == "acceleration"]
     start, end = _extent(recording)
     longest = timedelta(seconds=settings.event.longest)

@@ -15,6 +15,8 @@ from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
 from service.formats.trace import extent, overlapping
 from service.parsing import ParserDiedError
 from service.records import continuous, events
+from service.records.file_store import LostFileError
+from service.records.originals import secured
 from service.records.recordings import data_of, gains, storable, store
 from service.records.tables import REJECTED, STORED, Recording
 from service.records.trigger import check_gaps
@@ -46,7 +48,7 @@ def ingest(
 
     Where a crash must not lose the bytes, commit between `recordings.store`, `begin` and `take_in`.
     """
-    recording = store(session, building, name, origin, data, now)
+    recording = store(session, building, name, origin, secured(data, settings.storage), now)
     while (waiting := next_stored(session, building)) is not None:
         take_in(session, waiting, parse(session, waiting, settings=settings), now, settings=settings)
         session.flush()
@@ -75,14 +77,20 @@ def begin(session: Session, recording: Recording, *, settings: Settings) -> bool
     return False
 
 
+def not_begun(recording: Recording) -> None:
+    """Take back an attempt at a recording whose bytes could not be fetched: it was none."""
+    recording.failures = max(recording.failures - 1, 0)
+
+
 def parse(session: Session, recording: Recording, *, settings: Settings) -> Parsed:
     """Read the bytes of a recording in another process and within its limits; use a session that blocks no writer.
 
     Raises:
         ParserDiedError: the process ended or exceeded its limits.
+        StoreAwayError, LostFileError: there are no bytes to read, as `originals.read` says.
     """
     building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
-    data, known = data_of(session, recording), gains(session, building, limits)
+    data, known = data_of(session, recording, settings), gains(session, building, settings)
     try:
         return Parsed(known, parsing.read(recording.name, data, known, limits))
     except FormatError as error:
@@ -96,7 +104,7 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
     if recording.state != "stored":  # another process was quicker
         return
     recording.failures = 0
-    if parsed.gains != gains(session, building, parsing.limits(settings)):  # a station file came meanwhile
+    if parsed.gains != gains(session, building, settings):  # a station file came meanwhile
         return
     described = building_store.described(session, building)
     recording.kind, recording.state, recording.reason, recording.version = "unknown", "read", None, VERSION
@@ -134,8 +142,8 @@ def _usable(
 
 def reading_failed(recording: Recording, error: Exception, *, settings: Settings) -> None:
     """Note a failed attempt at a recording: it is tried again at the next poll, and rejected after the last attempt."""
-    is_too_much = isinstance(error, ParserDiedError)
-    problem = str(error) if is_too_much else f"reading it failed ({type(error).__name__}: {error})"
+    is_said = isinstance(error, ParserDiedError | LostFileError)
+    problem = str(error) if is_said else f"reading it failed ({type(error).__name__}: {error})"
     if recording.failures < settings.jobs.attempts:
         recording.reason = f"{storable(problem)}; it is tried again at the next poll"
         return

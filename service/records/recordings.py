@@ -3,11 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
-from hashlib import sha256
-from typing import Any
 
 from sqlalchemy import select
-from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import formats, parsing
@@ -17,8 +14,11 @@ from service.buildings.tables import Building
 from service.db.sessions import reading
 from service.formats import Gain, Trace
 from service.parsing import Limits
+from service.records import originals
+from service.records.originals import Secured
 from service.records.sources.source import Known
-from service.records.tables import Content, FetchedFile, Recording
+from service.records.tables import FetchedFile, Recording
+from service.settings import Settings
 
 READ_STATIONS: dict[tuple[str, Limits], Mapping[str, Gain]] = {}
 """Gains of the StationXML files that this process has read, by the SHA-256 of their bytes."""
@@ -26,17 +26,13 @@ MOST_STATIONS = 256
 """Most station files whose contents a process caches. Not tuned."""
 
 
-def store(session: Session, building: Building, name: str, origin: str, data: bytes, now: datetime) -> Recording:
+def store(session: Session, building: Building, name: str, origin: str, data: Secured, now: datetime) -> Recording:
     """Keep a file; one that the building already has is not kept again."""
     session.get_one(Building, building.id, with_for_update=True)  # one at a time, or two would both keep it
-    digest = sha256(data).hexdigest()
-    had = select(Recording).where(Recording.building_id == building.id, Recording.sha256 == digest)
-    if (recording := session.scalar(had)) is not None:
-        return recording
-    content = {"sha256": digest, "size": len(data), "data": data}
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    session.execute(dialect.insert(Content).values(content).on_conflict_do_nothing())
-    return _recorded(session, building, name, origin, now, sha256=digest, state="stored")
+    had = select(Recording).where(Recording.building_id == building.id, Recording.sha256 == data.sha256)
+    recording = session.scalar(had)
+    originals.add(session, data)
+    return recording or _recorded(session, building, name, origin, now, sha256=data.sha256, state="stored")
 
 
 def refuse_unseen(
@@ -87,21 +83,25 @@ def _recorded(
     return recording
 
 
-def data_of(session: Session, recording: Recording) -> bytes:
-    """The bytes as they came."""
-    content = select(Content).where(Content.sha256 == recording.sha256).options(undefer(Content.data))
-    return session.scalars(content).one().data
+def data_of(session: Session, recording: Recording, settings: Settings) -> bytes:
+    """The bytes as they came.
+
+    Raises:
+        StoreAwayError, LostFileError: as of `originals.read`.
+    """
+    return originals.read(session, str(recording.sha256), settings.storage)
 
 
-def traces_of(session: Session, recording: Recording, limits: Limits) -> tuple[Trace, ...]:
+def traces_of(session: Session, recording: Recording, settings: Settings) -> tuple[Trace, ...]:
     """The building's traces in a recording that was read before."""
-    building = session.get_one(Building, recording.building_id)
+    building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
     described = building_store.described(session, building)
-    contents = parsing.read(recording.name, data_of(session, recording), gains(session, building, limits), limits)
+    data, known = data_of(session, recording, settings), gains(session, building, settings)
+    contents = parsing.read(recording.name, data, known, limits)
     return formats.of_building(contents.traces, described.description.channels)
 
 
-def gains(session: Session, building: Building, limits: Limits) -> Mapping[str, Gain]:
+def gains(session: Session, building: Building, settings: Settings) -> Mapping[str, Gain]:
     """By channel id: from the building file, otherwise from the latest StationXML."""
     stations = (
         select(Recording.sha256)
@@ -110,15 +110,16 @@ def gains(session: Session, building: Building, limits: Limits) -> Mapping[str, 
     )
     gains: dict[str, Gain] = {}
     for digest in session.scalars(stations):
-        gains.update(_station_gains(session, str(digest), limits))
+        gains.update(_station_gains(session, str(digest), settings))
     return {**gains, **building_store.described(session, building).gains}
 
 
-def _station_gains(session: Session, digest: str, limits: Limits) -> Mapping[str, Gain]:
+def _station_gains(session: Session, digest: str, settings: Settings) -> Mapping[str, Gain]:
     """The gains in a StationXML file; its bytes are fetched and read only once by a process."""
+    limits = parsing.limits(settings)
     known = READ_STATIONS.get((digest, limits))
     if known is None:
-        data = session.scalars(select(Content.data).where(Content.sha256 == digest)).one()
+        data = originals.read(session, digest, settings.storage)
         if len(READ_STATIONS) >= MOST_STATIONS:
             READ_STATIONS.clear()
         known = READ_STATIONS[digest, limits] = parsing.read("station", data, {}, limits).gains

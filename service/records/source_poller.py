@@ -1,7 +1,7 @@
 """Polling of a building's source: new files are stored, then read, and the state of the source is kept."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from time import monotonic, sleep
@@ -19,17 +19,21 @@ from service.buildings.queries import latest_revision
 from service.buildings.tables import Building
 from service.db.select import Question
 from service.db.sessions import reading
+from service.errors import StoreAwayError
 from service.parsing import ParserDiedError
 from service.records import events
+from service.records.file_store import LostFileError
 from service.records.ingest import (
     FAILED_BEFORE,
     begin,
     next_stored,
+    not_begun,
     parse,
     read_again_with_this_version,
     reading_failed,
     take_in,
 )
+from service.records.originals import Secured, secured
 from service.records.recordings import Fetched, refuse_unseen, remember, store
 from service.records.sources.opening import opened
 from service.records.sources.retried_requests import Manners, ServerClock
@@ -97,7 +101,10 @@ class SourcePoller:
         """Poll one building's source; that a source begins to fail is stored, and logged once.
 
         Returns:
-            False if the source failed.
+            False if the source failed, or the store of original files could not take what it brought.
+
+        Raises:
+            StoreAwayError: files that came earlier cannot be read.
         """
         with tracing.span("poll", building=code):
             return self._poll(code)
@@ -122,7 +129,7 @@ class SourcePoller:
         poll = Poll(building, described, described.source, found.SourceState, self.clock(), ServerClock(self.clock))
         try:
             self._follow(poll)
-        except SourceError as error:
+        except (SourceError, StoreAwayError) as error:  # the position stays, so that the files come again
             self._failed(poll, str(error))
             return False
         self._succeeded(poll)
@@ -140,8 +147,9 @@ class SourcePoller:
 
     def receive(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
         """Store files, and read them only once they are safe; every file takes this path."""
+        there = self._secured(arrivals)
         with self.sessions.begin() as session:
-            recordings = [self._store(session, building, arrival) for arrival in arrivals]
+            recordings = [self._store(session, building, *one) for one in zip(arrivals, there, strict=True)]
         self._read(building)
         with self.sessions() as session:
             return [session.get_one(Recording, recording.id) for recording in recordings]
@@ -172,21 +180,26 @@ class SourcePoller:
         return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.polling.timeout)
 
     def _take(self, building: Building, step: Step) -> None:
+        there = self._secured(step.arrivals)
         with self.sessions.begin() as session:
-            for arrival in step.arrivals:
-                self._store(session, building, arrival)
+            for one in zip(step.arrivals, there, strict=True):
+                self._store(session, building, *one)
             remember(session, building, step.files)
             state = source_state(session, building)
             state.cursor, state.looked_at = dict(step.cursor), self.clock()
         if step.arrivals:
             self._read(building)
 
-    def _store(self, session: Session, building: Building, arrival: Arrival) -> Recording:
+    def _secured(self, arrivals: Sequence[Arrival]) -> list[Secured | None]:
+        """The bytes of the files that were fetched, safe before a transaction begins."""
+        return [None if one.data is None else secured(one.data, self.settings.storage) for one in arrivals]
+
+    def _store(self, session: Session, building: Building, arrival: Arrival, data: Secured | None) -> Recording:
         name, origin, now = arrival.name, arrival.origin, self.clock()
-        if arrival.data is None:
+        if data is None:
             log.warning("%s of %s was rejected: %s", name, building.code, arrival.refusal)
             return refuse_unseen(session, building, name, origin, arrival.refusal or "not fetched", now)
-        return store(session, building, name, origin, arrival.data, now)
+        return store(session, building, name, origin, data, now)
 
     def _read(self, building: Building) -> None:
         """Read the stored files, each in a transaction of its own, so that a failure does not block the others."""
@@ -199,8 +212,12 @@ class SourcePoller:
                 self._read_one(recording)
             except (OperationalError, InterfaceError):  # the database is away
                 raise
+            except StoreAwayError:
+                with self.sessions.begin() as session:
+                    not_begun(session.get_one(Recording, recording.id))
+                raise
             except Exception as error:  # the only place that survives a bug
-                if isinstance(error, ParserDiedError):
+                if isinstance(error, ParserDiedError | LostFileError):
                     log.warning("recording %d of %s: %s", recording.id, building.code, error)
                 else:
                     log.exception("reading recording %d of %s failed", recording.id, building.code)

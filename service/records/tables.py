@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import BigInteger, ForeignKey, Index, Integer, LargeBinary, Text, UniqueConstraint, text
+from sqlalchemy import BigInteger, ForeignKey, Index, Integer, LargeBinary, Text, UniqueConstraint, false, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.buildings.tables import Building
@@ -108,12 +108,21 @@ class StreamState(Base):
 
 
 class Content(Base):
-    """Original bytes, stored once, before anything is read from them."""
+    """Original bytes, stored once, before anything is read from them; service.records.originals writes and reads them.
+
+    The row outlives the bytes, so that a result can always be traced to their SHA-256.
+    """
 
     __tablename__ = "content"
     sha256: Mapped[str] = mapped_column(primary_key=True)
     size: Mapped[int]
     data: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    """Empty where they are outside, or deleted."""
+    is_outside: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if they are in the store of `storage.originals`, or still have to be deleted there."""
+    deleted_at: Mapped[datetime | None]
+    deleted_by: Mapped[str | None]
+    """Setting that allowed the deletion, such as `retention.original_files`."""
 
 
 class Recording(Base):

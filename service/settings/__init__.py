@@ -44,6 +44,7 @@ from service.settings.groups import (
     Retention,
     Seconds,
     Smtp,
+    Storage,
     Stream,
     Traces,
     Trigger,
@@ -55,7 +56,10 @@ KEY_VARIABLE = "MENSHIN_SECRET_KEY"
 """The key of service.db.encryption: not a setting, so that no command shows it."""
 DEFAULT_FILE = "menshin.toml"
 SECRETS = frozenset(
-    {"database_url", "smtp", "smtp.password", "heartbeat", "heartbeat.url", "oidc", "oidc.client_secret"}
+    {
+        *("database_url", "smtp", "smtp.password", "heartbeat", "heartbeat.url", "oidc", "oidc.client_secret"),
+        *("storage", "storage.originals", "storage.s3_endpoint", "storage.s3_access_key", "storage.s3_secret_key"),
+    }
 )
 """Settings, and groups with such settings, whose values no message repeats."""
 
@@ -108,6 +112,7 @@ class Settings(BaseSettings):
     analysis: Analysis = Analysis()
     data_health: DataHealth = DataHealth()
     retention: Retention = Retention()
+    storage: Storage = Storage()
     smtp: Smtp = Smtp()
     notify: Notify = Notify()
     heartbeat: Heartbeat = Heartbeat()

@@ -288,6 +288,55 @@ class Retention(Group):
     )
 
 
+class Storage(Group):
+    """Original files outside the database."""
+
+    originals: str | None = Field(
+        default=None,
+        description="where new original files are kept: file:///folder, or s3://bucket/prefix of an S3-compatible "
+        "store; none: in the database; see storage.md",
+    )
+    s3_endpoint: str | None = Field(
+        default=None, description="address of the S3-compatible store, such as https://s3.example.org; none: Amazon's"
+    )
+    s3_access_key: SecretStr | None = Field(
+        default=None, description="access key of the store; none: as the variables and files of AWS say"
+    )
+    s3_secret_key: SecretStr | None = Field(default=None, description="secret key that belongs to it")
+    timeout: Seconds = Field(
+        default=30.0, description="s without a byte after which a request to the store is given up"
+    )
+
+    @field_validator("originals")
+    @classmethod
+    def _place(cls, originals: str | None) -> str | None:
+        if originals is None:
+            return None
+        parts = urlsplit(originals)
+        if parts.scheme not in ("file", "s3"):
+            raise ValueError("original files are kept at file:///folder or s3://bucket/prefix")
+        if parts.query or parts.fragment or "@" in parts.netloc:
+            raise ValueError("the address has no user name, password, query or fragment; keys have their own settings")
+        if parts.scheme == "file" and (parts.netloc or len(parts.path) < len("/x")):
+            raise ValueError("a folder is named from the root, after three slashes: file:///srv/menshin/originals")
+        if parts.scheme == "s3" and not parts.netloc:
+            raise ValueError("the address lacks the bucket: s3://bucket/prefix")
+        return originals.rstrip("/")
+
+    @field_validator("s3_endpoint")
+    @classmethod
+    def _address(cls, endpoint: str | None) -> str | None:
+        if endpoint is not None and (problem := web_address_problem(endpoint)):
+            raise ValueError(problem)
+        return endpoint
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.s3_access_key is None) != (self.s3_secret_key is None):
+            raise ValueError("storage.s3_access_key and storage.s3_secret_key go together; give both or neither")
+        return self
+
+
 class Smtp(Group):
     """The outgoing mail server."""
 

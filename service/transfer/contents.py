@@ -26,7 +26,9 @@ LEFT_OUT: Mapping[str, str] = {
 }
 """Tables of which an export has nothing, and why."""
 FILES = "content"
-"""Its rows are original files: an export has them as such, by their SHA-256."""
+"""Its rows are original files: an export has them as such, by their SHA-256; of deleted ones it has the rows."""
+DELETED = ("sha256", "size", "deleted_at", "deleted_by")
+"""Columns of these rows."""
 PARENTS: Mapping[str, str] = {
     "event_recording": "event_id",
     "waveform": "event_id",
@@ -70,6 +72,11 @@ ALERT = re.compile(re.escape(texts.FACT_ALERT).replace(r"\{id\}", r"(\d+)"), re.
 def tables() -> list[Table]:
     """The tables of an export, each after those that it refers to."""
     return [one for one in Base.metadata.sorted_tables if one.name not in {*LEFT_OUT, FILES}]
+
+
+def expected() -> list[Table]:
+    """The tables that the file of an export has."""
+    return [*tables(), Base.metadata.tables[FILES]]
 
 
 def belongs(table: Table, building_id: int) -> ColumnElement[bool]:

@@ -16,8 +16,11 @@ from service.db.base import Base
 from service.db.migrate import newest
 from service.jobs.stages import ReportStep
 from service.notify.tables import Receiver
+from service.records import originals
+from service.records.originals import is_there
+from service.settings.groups import Storage
 from service.transfer.archive import Manifest, Writer
-from service.transfer.contents import FILES, belongs, tables
+from service.transfer.contents import DELETED, FILES, belongs, tables
 from service.version import VERSION
 
 AT_ONCE = 50
@@ -25,7 +28,14 @@ AT_ONCE = 50
 
 
 def export(
-    session: Session, code: str, file: IO[bytes], now: datetime, report_step: ReportStep, *, with_secrets: bool
+    session: Session,
+    code: str,
+    file: IO[bytes],
+    now: datetime,
+    report_step: ReportStep,
+    *,
+    with_secrets: bool,
+    settings: Storage,
 ) -> Manifest:
     """Write a building with everything it has.
 
@@ -36,9 +46,11 @@ def export(
         now: aware time.
         report_step: called with the progress.
         with_secrets: write passwords and secrets as they are; otherwise without them, as `without_secrets` does.
+        settings: of original files.
 
     Raises:
         BuildingError: there is no such building.
+        StoreAwayError, LostFileError: an original file cannot be read, as `originals.read` says.
     """
     if session.get_bind().dialect.name == "postgresql":
         session.connection(execution_options={"isolation_level": "REPEATABLE READ"})  # all tables at one moment
@@ -60,9 +72,11 @@ def export(
 
     for table in exported:
         writer.rows(table.name, counted(table.name, _rows(session, table, building.id, kept)))
-    digests = select(content.c.sha256).where(belongs(content, building.id)).order_by(content.c.sha256)
-    for digest in session.scalars(digests).all():
-        writer.file(digest, session.scalars(select(content.c.data).where(content.c.sha256 == digest)).one())
+    of_files = select(content).where(belongs(content, building.id)).order_by(content.c.sha256)
+    deleted = session.execute(of_files.with_only_columns(*(content.c[name] for name in DELETED)).where(~is_there()))
+    writer.rows(FILES, counted(FILES, map(dict, deleted.mappings().all())))
+    for digest in session.scalars(of_files.with_only_columns(content.c.sha256).where(is_there())).all():
+        writer.file(digest, originals.read(session, digest, settings))
         done += 1
         report_step(FILES, done, total)
     return writer.finish(

@@ -21,8 +21,12 @@ from service.buildings.tables import Building
 from service.db.base import Base, UtcDateTime
 from service.db.sessions import NulError
 from service.jobs.stages import ReportStep
+from service.records import originals
+from service.records.file_store import store_of
+from service.records.originals import Secured
+from service.settings.groups import Storage
 from service.transfer.archive import Archive, ArchiveError
-from service.transfer.contents import FILES, Shifts, shifted, tables
+from service.transfer.contents import DELETED, FILES, Shifts, shifted, tables
 
 AT_ONCE = 100
 """Rows that are written at once."""
@@ -38,20 +42,32 @@ class _Known:
     of: dict[str, set[Any]] = field(default_factory=dict)
 
 
-def import_building(sessions: sessionmaker[Session], archive: Archive, report_step: ReportStep) -> None:
+def import_building(
+    sessions: sessionmaker[Session], archive: Archive, report_step: ReportStep, settings: Storage
+) -> None:
     """Take in an exported building.
 
+    Args:
+        sessions: of this installation.
+        archive: the file.
+        report_step: called with the progress.
+        settings: of original files, which go into a store before anything is imported.
+
     Raises:
+        StoreAwayError: as of `originals.secured`; nothing was imported.
         BuildingError: a building of its code is here already.
         ArchiveError: the file is damaged or contradicts itself; nothing was imported.
     """
     _refuse_known(sessions, archive)
     is_server = sessions.kw["bind"].dialect.name == "postgresql"
+    if settings.originals is not None:
+        for digest in archive.digests:
+            originals.secured(archive.file(digest), settings)
     reserved = {one.name: _reserved(sessions, one, archive) for one in _numbered()} if is_server else None
     with sessions.begin() as session:
         shifts = reserved or {one.name: _shift(session, one, archive) for one in _numbered()}
         try:
-            _insert(session, archive, shifts, report_step)
+            _insert(session, archive, shifts, report_step, settings)
             session.flush()
             _check(session, archive)
         except (IntegrityError, DataError) as error:
@@ -106,20 +122,16 @@ def _reserved(sessions: sessionmaker[Session], table: Table, archive: Archive) -
         return shift
 
 
-def _insert(session: Session, archive: Archive, shifts: Shifts, report_step: ReportStep) -> None:
+def _insert(session: Session, archive: Archive, shifts: Shifts, report_step: ReportStep, settings: Storage) -> None:
     """Insert all rows, each after those that it refers to."""
     known = _Known(shifts)
     total = sum(one.rows for one in archive.manifest.tables.values()) + archive.manifest.files
     done = 0
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    files = Base.metadata.tables[FILES]
     for digest in archive.digests:
-        data = archive.file(digest)
-        row = {"sha256": digest, "size": len(data), "data": data}
-        session.execute(dialect.insert(files).values(row).on_conflict_do_nothing())
+        originals.add(session, Secured(digest, archive.file(digest), store_of(settings)))
         done += 1
         report_step(FILES, done, total)
-    known.of[FILES] = set(archive.digests)
+    known.of[FILES] = {*archive.digests, *_insert_deleted(session, archive)}
     for table in tables():
         known.of[table.name] = set()
         for rows in _batches(_row(table, one, known) for one in archive.rows(table.name)):
@@ -128,6 +140,18 @@ def _insert(session: Session, archive: Archive, shifts: Shifts, report_step: Rep
             report_step(table.name, done, total)
     if len(known.of["building"]) != 1:
         raise ArchiveError(f"it has {len(known.of['building'])} buildings instead of one")
+
+
+def _insert_deleted(session: Session, archive: Archive) -> Iterator[str]:
+    """Insert the rows of original files that were deleted where the export comes from; yields their digests."""
+    files = Base.metadata.tables[FILES]
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    for given in archive.rows(FILES):
+        if given.keys() != set(DELETED) or given["deleted_at"] is None or given["sha256"] in archive.digests:
+            raise ArchiveError(f"table {FILES} has a row that is no deleted file")
+        row = {name: _value(files.c[name], given[name]) for name in DELETED}
+        session.execute(dialect.insert(files).values({"data": b"", **row}).on_conflict_do_nothing())
+        yield row["sha256"]
 
 
 def _check(session: Session, archive: Archive) -> None:

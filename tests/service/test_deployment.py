@@ -29,7 +29,7 @@ EXAMPLE = DOCKER / "menshin.env.example"
 VARIABLES = {FILE_VARIABLE, KEY_VARIABLE, *map(variable, settings_by_name())}
 COMMANDS = set(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
 DIGEST = re.compile(r"@sha256:[0-9a-f]{64}$")
-OF_THE_IMAGE = frozenset({"dask", "traces"})
+OF_THE_IMAGE = frozenset({"dask", "s3", "traces"})
 """Extras that the image has."""
 KUBERNETES = "1.31"
 """Version whose schemas the manifests follow."""

@@ -29,6 +29,8 @@ WITH_DATABASE = {
     "key logout": [],
     "secret encrypt": [],
     "prune": [],
+    "storage move": ["--to-store"],
+    "storage check": [],
     "login": [],
 }
 """Commands that use the database of the settings, with what each takes."""

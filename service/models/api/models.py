@@ -338,9 +338,10 @@ def forecast_uploaded(
     with sessions() as session:
         building = described(session, queries.version(session, model_id).building)
     uploads.check(file, building, limits(request.app.state.settings))
+    kept = uploads.kept(file, request.app.state.settings)
     with sessions.begin() as session:
         return _queued(
-            requests.forecast_uploaded(session, model_id, file, wanted, by.name, datetime.now(UTC)), response
+            requests.forecast_uploaded(session, model_id, kept, wanted, by.name, datetime.now(UTC)), response
         )
 
 

@@ -74,8 +74,9 @@ def forecast(request: Request, model_id: ModelId, sessions: Writing, by: By, sen
         with sessions() as session:
             building = described(session, queries.version(session, model_id).building)
         uploads.check(file, building, limits(request.app.state.settings))
+        kept = uploads.kept(file, request.app.state.settings)
         with sessions.begin() as session:
-            number = requests.forecast_uploaded(session, model_id, file, scaling, by.name, datetime.now(UTC)).id
+            number = requests.forecast_uploaded(session, model_id, kept, scaling, by.name, datetime.now(UTC)).id
         return RedirectResponse(f"/jobs/{number}", 303)
 
     return answered("forecast", sent.form, act, lambda why: shown_model(request, model_id, sessions, by, refused=why))

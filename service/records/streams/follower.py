@@ -19,6 +19,7 @@ from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.sessions import reading
+from service.errors import StoreAwayError
 from service.formats import FormatError, Gain, Trace, UnknownUnitError
 from service.jobs import queue as job_queue
 from service.parsing import ParserDiedError, ParserFailedError
@@ -108,6 +109,8 @@ class Follower:
             yield
         except (OperationalError, InterfaceError) as error:
             log.warning("the stream of %s waits for the database: %s", self.building.code, type(error).__name__)
+        except StoreAwayError:  # which has logged it
+            log.warning("the stream of %s waits for the store of original files", self.building.code)
         except Exception:  # it is logged each time
             log.exception("following the stream of %s failed", self.building.code)
 
@@ -156,7 +159,7 @@ class Follower:
             state.cuts = earthquakes.written_cuts(one for one in cuts if one.end > now - keep)
             position = dict(source_state(session, self.building).cursor)
         with reading(self.sessions)() as session:
-            self.gains = gains(session, self.building, parsing.limits(self.settings))
+            self.gains = gains(session, self.building, self.settings)
         self.renewed = monotonic()
         return position
 

@@ -16,7 +16,6 @@ from shared_data import BNCS, needs_shared
 from sqlalchemy import event as sqlalchemy_event, func, select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
-from service import parsing
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import decode
@@ -271,11 +270,11 @@ def test_the_bytes_of_station_files_are_fetched_once(sessions: sessionmaker[Sess
     Inventory([Network("XX", [Station("TOWER", 0, 0, 0, channels=[channel])])]).write(out, format="STATIONXML")
     bring(out.getvalue(), "station.xml")
     with sessions() as session:
-        building, limits = building_store.find(session, "TOWER"), parsing.limits(SETTINGS)
-        before = gains(session, building, limits)
+        building = building_store.find(session, "TOWER")
+        before = gains(session, building, SETTINGS)
         statements: list[str] = []
         engine = session.get_bind()
         sqlalchemy_event.listen(engine, "before_cursor_execute", lambda *given: statements.append(given[2]))
-        assert gains(session, building, limits) == before
+        assert gains(session, building, SETTINGS) == before
     assert statements
     assert not [statement for statement in statements if "content" in statement]

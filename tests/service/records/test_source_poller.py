@@ -16,6 +16,7 @@ from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.jobs.tables import Job
 from service.records.ingest import begin, ingest
+from service.records.originals import Secured, secured
 from service.records.recordings import store
 from service.records.source_poller import SourcePoller, source_state
 from service.records.tables import Event, EventRecording, Recording, SourceState, Waveform
@@ -35,6 +36,11 @@ def server() -> Iterator[Server]:
 
 def look(sessions: sessionmaker[Session], now: datetime = NOW) -> None:
     SourcePoller(sessions, SETTINGS, clock=lambda: now).poll_all()
+
+
+def kept(data: bytes) -> Secured:
+    """Bytes that a recording may name."""
+    return secured(data, SETTINGS.storage)
 
 
 def add(sessions: sessionmaker[Session], kind: str, location: str) -> None:
@@ -137,7 +143,7 @@ def test_a_page_in_place_of_data_is_kept_and_the_data_are_requested_again(
 def test_what_was_stored_before_a_crash_is_read_at_the_next_look(sessions: sessionmaker[Session]) -> None:
     add(sessions, "folder", "/nowhere")
     with sessions.begin() as session:
-        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
+        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", kept(miniseed(stream())), NOW)
     look(sessions)
     with sessions() as session:
         assert session.scalars(select(Recording)).one().state == "read"
@@ -156,7 +162,7 @@ def stumbling(sessions: sessionmaker[Session]) -> int:
         building = building_store.find(session, "TOWER")
         ingest(session, building, "whole", "/whole", miniseed(files.pop("whole")), NOW, settings=SETTINGS)
         session.execute(update(Waveform).values(samples=b"damaged"))
-        stored = [store(session, building, name, f"/{name}", miniseed(data), NOW) for name, data in files.items()]
+        stored = [store(session, building, name, f"/{name}", kept(miniseed(data)), NOW) for name, data in files.items()]
         return stored[0].id
 
 
@@ -201,7 +207,7 @@ def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_othe
     hasty = Settings(**LIMITS, parser_time=0.3)
     with sessions.begin() as session:
         for name, data in (("long", TOO_MUCH), ("sound", miniseed(stream()))):
-            store(session, building_store.find(session, "TOWER"), name, f"/{name}", data, NOW)
+            store(session, building_store.find(session, "TOWER"), name, f"/{name}", kept(data), NOW)
     for looks in range(1, hasty.jobs.attempts + 3):
         SourcePoller(sessions, hasty, clock=lambda: NOW).poll_all()
         with sessions() as session:
@@ -215,7 +221,7 @@ def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_othe
 def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions: sessionmaker[Session]) -> None:
     add(sessions, "folder", "/nowhere")
     with sessions.begin() as session:
-        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
+        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", kept(miniseed(stream())), NOW)
     for _ in range(SETTINGS.jobs.attempts):
         with sessions.begin() as session:  # the service is killed after this
             assert begin(session, session.scalars(select(Recording)).one(), settings=SETTINGS)

@@ -35,6 +35,7 @@ from service.jobs.tables import Job
 from service.models.tables import ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.records.tables import Event, Packet, StreamState
+from service.settings.groups import Storage
 from service.transfer import archive, contents
 from service.transfer.archive import MANIFEST, ArchiveError
 from service.transfer.exporting import export
@@ -92,7 +93,7 @@ def exported(sessions: sessionmaker[Session], *, with_secrets: bool = True) -> b
     """An export as bytes."""
     file = BytesIO()
     with opened.reading(sessions)() as session:
-        export(session, "PAPER", file, NOW, silent, with_secrets=with_secrets)
+        export(session, "PAPER", file, NOW, silent, with_secrets=with_secrets, settings=Storage())
     return file.getvalue()
 
 
@@ -110,8 +111,8 @@ def imported(sessions: sessionmaker[Session], data: bytes, folder: Path) -> None
     """Import an export."""
     file = folder / "building.zip"
     file.write_bytes(data)
-    with archive.opened(file, newest(), {one.name: one for one in contents.tables()}) as found:
-        import_building(sessions, found, silent)
+    with archive.opened(file, newest(), {one.name: one for one in contents.expected()}) as found:
+        import_building(sessions, found, silent, Storage())
 
 
 def entries(data: bytes) -> dict[str, bytes]:
