@@ -15,6 +15,7 @@ from core.description import BuildingDescription
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
 from core.record import Channel
+from core.workbench import AddedSensors
 
 NOISE = 0.01
 """Over the root mean square, of every channel."""
@@ -51,9 +52,14 @@ def today() -> EventAnalysis:
     return analyse(segments(measured()), described())
 
 
-def test_the_force_becomes_as_narrow_as_predicted(today: EventAnalysis) -> None:
+@pytest.fixture(scope="module")
+def found(today: EventAnalysis) -> AddedSensors:
+    """Of one record."""
+    return core.added_sensors([today], described())
+
+
+def test_the_force_becomes_as_narrow_as_predicted(today: EventAnalysis, found: AddedSensors) -> None:
     """4 %: the noise of one record against that of another, and modes that the record determines a little less well."""
-    found = core.added_sensors([today], described())
     assert {one.level for one in found.sensors} == {"2F", "3F", "5F", "6F", "7F"}
     assert found.today[0].force == pytest.approx(deviation(today), rel=1e-6)
     by_level = {one.level: one for one in found.sensors}
@@ -99,10 +105,10 @@ def test_a_real_building_gains_what_was_predicted() -> None:
     assert found.sensors[0].force_ratio == pytest.approx(really, rel=0.2)
 
 
-def test_several_records_count_together(today: EventAnalysis) -> None:
-    once, twice = core.added_sensors([today], described()), core.added_sensors([today, today], described())
+def test_several_records_count_together(today: EventAnalysis, found: AddedSensors) -> None:
+    twice = core.added_sensors([today, today], described())
     assert twice.today[0].records == 2
-    for one, other in zip(once.sensors, twice.sensors, strict=True):
+    for one, other in zip(found.sensors, twice.sensors, strict=True):
         assert (one.level, one.force) == (other.level, pytest.approx(other.force))
 
 
