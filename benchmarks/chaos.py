@@ -76,6 +76,8 @@ GAP = (0.3, 2.0)
 LOCKED = 1.5
 """s for which another program locks SQLite."""
 PATIENCE = 300.0
+"""s without progress after which a run is given up. With a load of 25 on two cores, all of the work took longer."""
+LONGEST = 3600.0
 """s allowed for the remaining work after the last kill."""
 QUIET = 4.0
 """s without pending work or changes after which a run is complete."""
@@ -252,16 +254,16 @@ class Run:
         return {"webhook": posted, "email": mailed}
 
     def until_quiet(self) -> None:
-        """Wait until no work is pending and nothing changes; the comparison reports work that does not end in time."""
-        end, before, since = monotonic() + PATIENCE, None, monotonic()
+        """Wait until no work is pending and nothing changes; the comparison reports work that makes no progress."""
+        end, before, since = monotonic() + LONGEST, None, monotonic()
         while monotonic() < end:
             for part in self.parts.values():
                 part.start()
             state = self.at_database(self._state)
-            is_done = state[0] >= self.arrived * len(BUILDINGS) and not any(state[1:4])
-            if not is_done or state != before:
+            if state != before:
                 before, since = state, monotonic()
-            elif monotonic() - since > QUIET:
+            is_done = state[0] >= self.arrived * len(BUILDINGS) and not any(state[1:4])
+            if monotonic() - since > (QUIET if is_done else PATIENCE):
                 return
             sleep(0.25)
 
