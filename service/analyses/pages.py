@@ -35,7 +35,7 @@ from service.models.choice import Chosen, chosen
 from service.models.queries import DIRECTIONS
 from service.models.schema import ComparisonRow
 from service.models.tables import ModelVersion
-from service.records import queries as record_queries
+from service.records import originals, queries as record_queries
 from service.records.tables import Event
 from service.verdict import reading
 
@@ -97,6 +97,8 @@ class View:
     """Results across the directions."""
     shaking: ShakingOut | None
     """None by an analysis of an earlier version."""
+    deleted: Mapping[str, tuple[datetime, str | None]]
+    """When and by which setting original files that it was made from were deleted, by their SHA-256."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,7 +278,8 @@ def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
     results = queries.direction_results(session, analysis.id) if analysis else []
     layer = queries.layer_result(session, analysis.id) if analysis else None
     shaking = document.shaking_out(queries.shaking_result(session, analysis.id)) if analysis else None
-    return View(event, STATES.get(event.state, event.state), analysis, results, layer, shaking)
+    deleted = originals.deletions(session, analysis.inputs) if analysis else {}
+    return View(event, STATES.get(event.state, event.state), analysis, results, layer, shaking, deleted)
 
 
 def _line(

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from service.buildings import description, recipients
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building, Revision
-from service.records.tables import Recording
+from service.records.tables import Content, Recording
 
 
 class BuildingError(Exception):
@@ -99,7 +99,8 @@ def parsed(revision: Revision) -> BuildingFile:
 
 def read_again(session: Session, building: Building) -> None:
     """Read recordings again, with the next file, that were rejected or lacked channels."""
-    wanting = (Recording.building_id == building.id, Recording.sha256.is_not(None), Recording.reason.is_not(None))
+    is_there = Recording.content.has(Content.deleted_at.is_(None))
+    wanting = (Recording.building_id == building.id, is_there, Recording.reason.is_not(None))
     session.execute(update(Recording).where(*wanting).values(state="stored", failures=0))
 
 

@@ -14,6 +14,7 @@ from service.cli.inputs import REFUSED, current_settings, end
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session, sessionmaker
 
+    from service.analyses.retention import Prunable
     from service.settings import Settings
 
 app = typer.Typer(no_args_is_help=True)
@@ -172,22 +173,39 @@ def import_files(
 @app.command()
 def prune(
     context: typer.Context,
-    dry_run: Annotated[bool, typer.Option(help="Only say what would be deleted.")] = False,
+    dry_run: Annotated[bool, typer.Option(help="Only say what would be deleted, and what keeps the rest.")] = False,
+    compact: Annotated[
+        bool, typer.Option(help="Rewrite the file of an SQLite database without its free pages; writers wait for it.")
+    ] = False,
 ) -> None:
-    """Delete what the settings of [retention] allow to delete: histories of superseded analyses.
+    """Delete what the settings of [retention] allow to delete, kind by kind and in small steps.
 
-    Their numbers, and everything of the latest analysis of each earthquake, are kept.
+    What a verdict, an alert, a baseline, a current model or an inspection refers to is kept, and so are the numbers of
+    every analysis. Services may run meanwhile.
     """
     from service.analyses import retention
+    from service.db import room
+    from service.db.sessions import reading
 
     settings, now = current_settings(), datetime.now(UTC)
-    with opened(context) as sessions, sessions.begin() as session:
-        if settings.retention.superseded_histories is None:
-            typer.echo("Nothing is deleted: retention.superseded_histories is not set.")
-            return
-        pruned = (retention.prunable if dry_run else retention.prune)(session, settings, now)
-    verb = "would be deleted" if dry_run else "are deleted"
-    typer.echo(f"The histories of {pruned.analyses} superseded analyses {verb}, {pruned.size / 1e6:.1f} MB.")
+    with opened(context) as sessions:
+        if dry_run:
+            with reading(sessions)() as session:
+                found = retention.prunable(session, settings, now)
+        else:
+            found = retention.prune(sessions, settings, now)
+        for one in found:
+            typer.echo(_pruned(one, "would be deleted" if dry_run else "are deleted"))
+        if not dry_run:
+            typer.echo(room.give_back(sessions, whole=compact))
+
+
+def _pruned(one: "Prunable", verb: str) -> str:
+    """A line about a kind."""
+    if one.age is None:
+        return f"{one.kind}: all are kept; {one.setting} is not set"
+    kept = "".join(f"\n  {count} older ones stay: {why}" for why, count in one.kept.items())
+    return f"{one.kind}: {one.rows} {verb}, {one.size / 1e6:.1f} MB; {one.setting} = {one.age:g} s{kept}"
 
 
 @app.command("settings")

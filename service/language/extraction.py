@@ -122,6 +122,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "service/kinds.py",
     ),
     "records": (
+        "service/records/file_store.py",
+        "service/records/originals.py",
         "service/formats/*.py",
         "service/http/templates/recordings.html",
         "service/parsing/process.py",

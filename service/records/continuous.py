@@ -10,6 +10,7 @@ from service.buildings.tables import Building
 from service.formats.trace import Span, Trace, extent
 from service.jobs import queue as job_queue
 from service.records import events
+from service.records.originals import is_there
 from service.records.recordings import traces_of
 from service.records.tables import Event, Recording
 from service.records.trigger import TriggerSettings, Window, windows
@@ -72,6 +73,7 @@ def _around(session: Session, recording: Recording, memory: timedelta) -> Sequen
         Recording.state == "read",
         Recording.start <= end + memory,
         Recording.end >= start - memory,
+        Recording.content.has(is_there()),
     )
     return session.scalars(near.order_by(Recording.start, Recording.id)).all()
 

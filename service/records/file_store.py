@@ -125,7 +125,7 @@ class FileStore:
             files.pipe_file(f"{root}/{name}", data)
             try:
                 if files.cat_file(f"{root}/{name}") != data:
-                    raise OSError(errno.EIO, "other bytes")
+                    raise OSError(errno.EIO, os.strerror(errno.EIO))
             finally:
                 files.rm_file(f"{root}/{name}")
 
@@ -159,7 +159,8 @@ class FileStore:
         except (LostFileError, StoreAwayError):
             raise
         except Exception as error:  # each file system has errors of its own
-            problem = StoreAwayError(f"the store of original files, {self.url}, {_words(error)}")
+            found, helps = _words(error)
+            problem = StoreAwayError(f"the store of original files, {self.url}, {found}; {helps}")
             if self.url not in FAILING:
                 log.warning("%s; nothing is lost, trying again", problem)
             FAILING.add(self.url)
@@ -238,10 +239,10 @@ def _write_whole(files: Any, path: str, data: bytes) -> None:  # noqa: ANN401
         os.close(handle)
 
 
-def _words(error: Exception) -> str:
+def _words(error: Exception) -> tuple[str, str]:
     """Problem and remedy of an error."""
     name = type(error).__name__
     problem, helps = OF_STORE.get(name, (f"cannot be used ({name})", "check storage.originals, and the server's log"))
     if isinstance(error, OSError) and error.filename is not None:  # of this machine: a store's names no file
         problem, helps = OF_SYSTEM.get(error.errno or 0, (problem, helps))
-    return f"{problem}; {helps}"
+    return problem, helps

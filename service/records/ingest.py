@@ -16,7 +16,7 @@ from service.formats.trace import extent, overlapping
 from service.parsing import ParserDiedError
 from service.records import continuous, events
 from service.records.file_store import LostFileError
-from service.records.originals import secured
+from service.records.originals import is_there, secured
 from service.records.recordings import data_of, gains, storable, store
 from service.records.tables import REJECTED, STORED, Recording
 from service.records.trigger import check_gaps
@@ -164,11 +164,13 @@ def read_again_with_this_version(session: Session, building: Building) -> None:
 def _read_again_with_gains(session: Session, building: Building) -> None:
     """Read again the recordings that were rejected, or used in part, because a unit was missing."""
     wanting = select(Recording).where(
-        Recording.building_id == building.id, Recording.kind == "waveforms", Recording.reason.is_not(None)
+        Recording.building_id == building.id,
+        Recording.kind == "waveforms",
+        Recording.reason.is_not(None),
+        Recording.content.has(is_there()),
     )
     for recording in session.scalars(wanting):
-        if recording.sha256 is not None:
-            recording.state = "stored"
+        recording.state = "stored"
 
 
 def _is_continuous(described: BuildingFile) -> bool:

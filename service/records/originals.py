@@ -1,6 +1,6 @@
 """Original files by their SHA-256: in the database, or in the store that the settings name."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from hashlib import sha256
@@ -11,6 +11,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.db.sessions import reading
+from service.errors import StoreAwayError
 from service.jobs.stages import ReportStep
 from service.records.file_store import FileStore, LostFileError, store_of
 from service.records.tables import Content
@@ -99,9 +100,37 @@ def deletion(at: datetime, rule: str | None) -> str:
     return f"deleted on {at:%Y-%m-%d} by {rule}"
 
 
+def deletions(session: Session, digests: Sequence[str]) -> Mapping[str, tuple[datetime, str | None]]:
+    """When and by which setting original files were deleted, by their SHA-256; without those that are there."""
+    columns = (Content.sha256, Content.deleted_at, Content.deleted_by)
+    rows = session.execute(select(*columns).where(Content.sha256.in_(digests), ~is_there()))
+    return {digest: (at, rule) for digest, at, rule in rows if at is not None}
+
+
 def is_there() -> ColumnElement[bool]:
     """True for bytes that were not deleted."""
     return Content.deleted_at.is_(None)
+
+
+def delete_outside(sessions: sessionmaker[Session], settings: Storage) -> None:
+    """Delete in the store what the database says is deleted, one by one: the row is locked for as long as that takes.
+
+    Raises:
+        StoreAwayError: the store cannot be used; the next call deletes the rest.
+    """
+    gone = select(Content.sha256).where(Content.is_outside, Content.deleted_at.is_not(None))
+    with reading(sessions)() as session:
+        digests = list(session.scalars(gone))
+    if not digests:
+        return
+    if (store := store_of(settings)) is None:
+        raise StoreAwayError("deleted original files are still outside the database; set storage.originals")
+    store.probe()  # before a row is locked
+    for digest in digests:
+        with sessions.begin() as session:
+            if session.scalar(gone.where(Content.sha256 == digest).with_for_update()) is not None:
+                store.delete(digest)
+                session.execute(update(Content).where(Content.sha256 == digest).values(is_outside=False))
 
 
 @dataclass(frozen=True, slots=True)

@@ -286,6 +286,25 @@ class Retention(Group):
         description="s after which 'menshin prune' deletes the histories of an analysis that a later one superseded; "
         "none: they are kept",
     )
+    original_files: Annotated[float, Field(ge=86_400)] | None = Field(
+        default=None,
+        description="s after their arrival after which 'menshin prune' deletes original files that were read; none: "
+        "they are kept",
+    )
+    jobs: Annotated[float, Field(ge=86_400)] | None = Field(
+        default=None,
+        description="s after their end after which 'menshin prune' deletes jobs, and the results that only they have; "
+        "none: they are kept",
+    )
+    messages: Annotated[float, Field(ge=604_800)] | None = Field(
+        default=None,
+        description="s after which 'menshin prune' deletes a message that a later one followed, with its deliveries; "
+        "none: they are kept",
+    )
+    audit_trail: Annotated[float, Field(ge=604_800)] | None = Field(
+        default=None,
+        description="s after which 'menshin prune' deletes entries of the audit trail; none: they are kept",
+    )
 
 
 class Storage(Group):

@@ -45,6 +45,10 @@ class RecordingOut(Answer):
     )
     start: datetime | None = Field(description="First sample; null where none could be used.")
     end: datetime | None = Field(description="Last sample; null where none could be used.")
+    deleted_at: datetime | None = Field(description="When its bytes were deleted; null while they are kept.")
+    deleted_by: str | None = Field(
+        description="Setting that allowed it; null while they are kept.", examples=["retention.original_files"]
+    )
 
 
 class Recordings(Page[RecordingOut]):
@@ -138,4 +142,6 @@ def row(recording: Recording) -> RecordingOut:
         reason=recording.reason,
         start=recording.start,
         end=recording.end,
+        deleted_at=None if recording.content is None else recording.content.deleted_at,
+        deleted_by=None if recording.content is None else recording.content.deleted_by,
     )

@@ -1,6 +1,7 @@
 """Histories of superseded analyses are deleted on request, and nothing else is."""
 
-from datetime import timedelta
+from collections.abc import Sequence
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,17 @@ def analysed_twice(sessions: sessionmaker[Session]) -> None:
     stored_histories.store_and_monitor(sessions, building, found[:1], NOW + DAY)
 
 
+def of(kind: str, found: Sequence[retention.Prunable]) -> retention.Prunable:
+    """What is said of one kind."""
+    (one,) = (one for one in found if one.kind.startswith(kind))
+    return one
+
+
+def pruned(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> retention.Prunable:
+    """Histories that a call deletes."""
+    return of("histories", retention.prune(sessions, settings, now))
+
+
 def forces(sessions: sessionmaker[Session]) -> dict[bool, list[int]]:
     """Samples of the stored forces, of superseded and of current analyses."""
     question = select(Analysis.current, DirectionResult).join(Analysis).options(undefer(DirectionResult.force))
@@ -45,17 +57,16 @@ def forces(sessions: sessionmaker[Session]) -> dict[bool, list[int]]:
 
 @pytest.mark.usefixtures("analysed_twice")
 def test_only_histories_of_superseded_analyses_go(sessions: sessionmaker[Session]) -> None:
-    with sessions.begin() as session:
+    with sessions() as session:
         cycles = session.query(CycleResult).count()
-        assert retention.prune(session, KEEPS, NOW + 2 * DAY).analyses == 0
-        assert retention.prune(session, PRUNES, NOW).analyses == 0  # it is not old enough
-        first = retention.prunable(session, PRUNES, NOW + 2 * DAY)
-        assert first.analyses == 1
-        assert first.size > 0
+        first = of("histories", retention.prunable(session, PRUNES, NOW + 2 * DAY))
+    assert pruned(sessions, KEEPS, NOW + 2 * DAY).rows == 0
+    assert pruned(sessions, PRUNES, NOW).rows == 0  # it is not old enough
+    assert first.rows == 1
+    assert first.size > 0
     assert forces(sessions) == {False: [4], True: [4, 4]}
-    with sessions.begin() as session:
-        assert retention.prune(session, PRUNES, NOW + 2 * DAY) == first
-        assert retention.prune(session, PRUNES, NOW + 2 * DAY).analyses == 0
+    assert pruned(sessions, PRUNES, NOW + 2 * DAY) == first
+    assert pruned(sessions, PRUNES, NOW + 2 * DAY).rows == 0
     assert forces(sessions) == {False: [0], True: [4, 4]}
     with sessions() as session:
         assert session.query(CycleResult).count() == cycles
@@ -71,8 +82,7 @@ def test_histories_across_directions_go_with_the_others(sessions: sessionmaker[S
     with sessions.begin() as session:
         for analysis in session.scalars(select(Analysis)):
             analysis.layer = LayerResult(start=NOW, rate=100.0, count=4, torsion=torsion, peak_torsion=1.0)
-    with sessions.begin() as session:
-        assert retention.prune(session, PRUNES, NOW + 2 * DAY).size > len(torsion)
+    assert pruned(sessions, PRUNES, NOW + 2 * DAY).size > len(torsion)
     with sessions() as session:
         kept = session.execute(
             select(Analysis.current, LayerResult.torsion, LayerResult.peak_torsion).join(LayerResult)
@@ -91,8 +101,10 @@ def test_histories_that_a_comparison_refers_to_stay(sessions: sessionmaker[Sessi
         model = ModelVersion(direction="x", number=1, **empty, **of_building, **made)
         of_event = {"event_id": event.id, "analysis_id": superseded.id, "direction": "x", "role": "fitted"}
         session.add(ModelComparison(model=model, misfit={}, force=b"", **of_event, **made))
-        session.flush()
-        assert retention.prune(session, PRUNES, NOW + 2 * DAY).analyses == 0
+    assert pruned(sessions, PRUNES, NOW + 2 * DAY).rows == 0
+    with sessions() as session:
+        kept = of("histories", retention.prunable(session, PRUNES, NOW + 2 * DAY)).kept
+    assert kept == {"a comparison of a model refers to it": 1}
     assert forces(sessions) == {False: [4], True: [4, 4]}
 
 
@@ -104,7 +116,7 @@ def test_a_dry_run_lists_what_the_command_would_delete(
     assert "is not set" in run(tmp_path, database_url, "prune").stdout
     age = {"MENSHIN_RETENTION__SUPERSEDED_HISTORIES": "3600"}
     would = run(tmp_path, database_url, "prune", "--dry-run", **age).stdout
-    assert would.startswith("The histories of 1 superseded analyses would be deleted")
+    assert would.startswith("histories of superseded analyses: 1 would be deleted")
     assert forces(sessions)[False] == [4]
     assert "are deleted" in run(tmp_path, database_url, "prune", **age).stdout
     assert forces(sessions)[False] == [0]
