@@ -6,7 +6,7 @@ histories are shortened, and at most FEW rows per analysis are kept in some tabl
 """
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from io import BytesIO
 from pathlib import Path
@@ -14,8 +14,22 @@ from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any
 
+import psutil
 from obspy import Stream
-from sqlalchemy import Column, Connection, Engine, LargeBinary, Table, bindparam, delete, insert, select, text, update
+from sqlalchemy import (
+    Column,
+    Connection,
+    Engine,
+    LargeBinary,
+    Table,
+    bindparam,
+    create_engine,
+    delete,
+    insert,
+    select,
+    text,
+    update,
+)
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from benchmarks.pages import SHORT, more_events
@@ -81,6 +95,24 @@ def server() -> Iterator[str]:
         rmtree(folder, ignore_errors=True)
 
 
+def server_process(url: str) -> psutil.Process:
+    """The first process of a PostgreSQL server of this machine."""
+    engine = create_engine(url)
+    with engine.connect() as connection:
+        folder = Path(connection.exec_driver_sql("SHOW data_directory").scalar_one())
+    engine.dispose()
+    return psutil.Process(int((folder / "postmaster.pid").read_text().split()[0]))
+
+
+def processor_time(server: psutil.Process) -> float:
+    """s of user and system time of a server, its processes, and those that have ended."""
+    times = [server.cpu_times()]
+    for one in server.children(recursive=True):
+        with suppress(psutil.NoSuchProcess):
+            times.append(one.cpu_times())
+    return sum(one.user + one.system for one in times) + times[0].children_user + times[0].children_system
+
+
 def build(url: str, count: int, earthquakes: int, source: str = NOWHERE) -> None:
     """Fill a new database.
 
@@ -106,9 +138,17 @@ def build(url: str, count: int, earthquakes: int, source: str = NOWHERE) -> None
 
 def analysed(sessions: sessionmaker[Session], source: str, now: datetime) -> None:
     """Add one building with one earthquake that the service has analysed and checked for drift."""
+    settings = received(sessions, source, now, now - timedelta(days=1))
+    done = roles.work_until_idle(sessions, settings)
+    with sessions() as session:
+        if session.scalar(select(Analysis.id).where(Analysis.refusal.is_(None))) is None:
+            raise SystemExit(f"the record was not analysed ({done} jobs)")
+
+
+def received(sessions: sessionmaker[Session], source: str, now: datetime, day: datetime) -> Settings:
+    """Add one building whose earthquake of that time is stored and waits for its analysis; the settings used."""
     settings = Settings(database_url=str(sessions.kw["bind"].url), settle_time=0.0, event_grace=0.0, workers=1)
     motion = recorded()[0]
-    day = now - timedelta(days=1)
     miniseed, station = BytesIO(), BytesIO()
     Stream(record(Earthquake(1, day, motion.name, 0.7, 5e4), motion, BY_DESIGN, 1)).write(miniseed, format="MSEED")
     inventory().write(station, format="STATIONXML")
@@ -120,10 +160,7 @@ def analysed(sessions: sessionmaker[Session], source: str, now: datetime) -> Non
     poller.queue_ready()
     with sessions.begin() as session:
         session.execute(update(Event).values(state="queued"))
-    done = roles.work_until_idle(sessions, settings)
-    with sessions() as session:
-        if session.scalar(select(Analysis.id).where(Analysis.refusal.is_(None))) is None:
-            raise SystemExit(f"the record was not analysed ({done} jobs)")
+    return settings
 
 
 def spread(engine: Engine) -> None:
