@@ -32,6 +32,7 @@ from core.drift.change_statistics import (
 from core.drift.deviations import relative_change
 from core.drift.quantities import Quantity
 from core.drift.rules import (
+    PENDING_MARGIN,
     RECOVERY,
     SLOW,
     SUDDEN,
@@ -41,9 +42,8 @@ from core.drift.rules import (
     rules,
     steps,
 )
+from core.drift.screening import screened
 
-PENDING_MARGIN = -0.7
-"""Standard deviations from a rule's threshold at which an alarm is pending; it sends no message. A choice."""
 HINDSIGHT = 10
 """Events after an alarm was raised that still decide which kind it is and where it began. A choice."""
 NUISANCE_STD = 0.5
@@ -115,6 +115,35 @@ class Crossing:
     """Last event with which the change may have begun."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """Result of the rules over several events."""
+
+    alarms: tuple[Alarm, ...]
+    """In the order in which they were raised."""
+    seen: Vector | None
+    """(n,) deviations as the rules saw them, with clipped innovations; None if a change is sure."""
+
+
+def judged(known: Quantity, baseline: Baseline, tested: DeviationSequence, before: Vector | None) -> Judgement:
+    """The rules applied to deviations of which the first were judged before.
+
+    Args:
+        known: the quantity.
+        baseline: baseline of the series.
+        tested: n deviations.
+        before: (k,) `seen` of the first k of them; None where it is not known. It saves time and changes no result.
+    """
+    quiet = None if before is None else screened(known, tested, before)
+    if quiet is not None:
+        return Judgement((), quiet)
+    found = alarms(known, baseline, tested)
+    if any(one.is_sure for one in found) or not tested.deviation.size:
+        return Judgement(found, None)
+    white = tested.innovations()
+    return Judgement(found, white.lower @ white.clipped)
+
+
 def alarms(known: Quantity, baseline: Baseline, tested: DeviationSequence) -> tuple[Alarm, ...]:
     """Alarms of the rules over several events, in the order in which they were raised.
 
@@ -135,7 +164,7 @@ def alarms(known: Quantity, baseline: Baseline, tested: DeviationSequence) -> tu
         crossings.append((crossing, white))
         if not crossing.is_sure:
             break
-        left = replace(left, covariance=left.covariance + _nuisance(crossing, tested.deviation.size, baseline))
+        left = replace(left, common=np.hstack([left.common, _nuisance(crossing, tested.deviation.size, baseline)]))
         start = crossing.raised + 1
     following = [crossing.onset for crossing, _ in crossings[1:]]
     ends = [*following, tested.deviation.size][: len(crossings)]
@@ -196,13 +225,13 @@ def _located(
 
 
 def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:
-    """(count, count) covariance of a change of unknown size; a slow one may also end, or go on, at any pace."""
+    """(count, errors) a change of unknown size, by one standard deviation; a slow one may also end, or go on, at any
+    pace."""
     known = [steps(count)[:, crossing.onset]]
     if crossing.rule.name == SLOW:
         slopes = ramps(count)
         known += [slopes[:, crossing.onset], *([slopes[:, crossing.raised + 1]] if crossing.raised + 1 < count else [])]
-    columns = NUISANCE_STD * baseline.model.size * np.array(known)
-    return np.asarray(columns.T @ columns)
+    return np.asarray(NUISANCE_STD * baseline.model.size * np.array(known).T)
 
 
 def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline, tested: DeviationSequence) -> Alarm:

@@ -8,6 +8,7 @@ change.
 """
 
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 import scipy
@@ -83,15 +84,33 @@ class ReferenceDeviations:
 class DeviationSequence:
     """Deviations of the n events that the rules test: those after the reference that can be compared with it."""
 
-    events: tuple[SeriesEvent, ...]
-    """In order of time."""
+    event: Indices
+    """(n,) identifiers in order of time."""
+    time: Vector
+    """(n,) s since 1970-01-01 UTC, of the first measurement."""
     deviation: Vector
     """(n,) natural logarithm, or SI units."""
-    covariance: Matrix
-    """(n, n) covariance of the deviations while the building is healthy."""
+    own: Vector
+    """(n,) variance of each while the building is healthy, beside the errors that events share."""
+    common: Matrix
+    """(n, errors) errors that events share, each by one standard deviation."""
     freedom: float
     """Degrees of freedom of the scale of the covariance."""
     reference: ReferenceDeviations
+    correlated: Matrix | None = None
+    """(n, n) covariance beside `own` and `common`; None where there is no other."""
+
+    @property
+    def events(self) -> tuple[SeriesEvent, ...]:
+        """In order of time."""
+        times = (datetime.fromtimestamp(one, UTC) for one in self.time.tolist())
+        return tuple(map(SeriesEvent, self.event.tolist(), times))
+
+    @property
+    def covariance(self) -> Matrix:
+        """(n, n) covariance of the deviations while the building is healthy."""
+        shared = self.common @ self.common.T + np.diag(self.own)
+        return np.asarray(shared if self.correlated is None else shared + self.correlated)
 
     def innovations(self, clip: float = CLIP) -> Innovations:
         """Each deviation less its prediction from those before it, in standard deviations."""

@@ -6,9 +6,8 @@ recovers with time. How much has recovered is unknown, so softening is a common 
 standard deviation grows with the logarithm of the ratio of the amplitude to all before, and halves every month.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from datetime import datetime, timedelta
+from dataclasses import dataclass, fields
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
@@ -25,6 +24,9 @@ ROUNDS = 2
 RECOVERY_HALF_LIFE = timedelta(days=30)
 """Time in which half of the softening recovers. A choice; the histories of benchmarks/drift.py recover at this pace, so
 that no benchmark tests another one."""
+ROUNDING, NEGLIGIBLE = 1e-10, 1e-4
+"""Relative difference of numbers that are the same but for rounding, and logarithm or m of numbers that are as good as
+0. A choice: six decimal digits more than double precision errs by, and far below any scatter."""
 SOFTENING_WITHIN = 0.5
 """Share of the softening that the earthquake's own cycles show: those after its largest. A choice."""
 
@@ -68,25 +70,70 @@ class EventValue:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Deviation:
-    """Robust mean of an event's deviations from the baseline."""
+class EventSummaries:
+    """What the baseline leaves of the measurements of n events, in order of time: all that later results need."""
 
-    value: float
-    """Natural logarithm, or SI units."""
-    variance: float
-    """Variance from the measurements alone."""
-    row: Vector
-    """(p,) mean of their rows of the design matrix."""
-    count: int
-    """Number of measurements."""
-    is_out_of_range: bool
-    """True if all amplitudes lie outside the range of the baseline."""
+    event: Indices
+    """(n,) identifiers, as in the series."""
+    time: Vector
+    """(n,) s since 1970-01-01 UTC, of the first measurement."""
+    value: Vector
+    """(n,) robust mean of the deviations from the baseline; natural logarithm, or SI units."""
+    variance: Vector
+    """(n,) variance of the value from the measurements alone."""
+    row: Matrix
+    """(n, p) mean of the measurements' rows of the design matrix."""
+    count: Indices
+    """(n,) number of measurements."""
+    is_out_of_range: Mask
+    """(n,) whether all amplitudes lie outside the range of the baseline."""
+    has_temperature: Mask
+    """(n,) whether the temperature was measured."""
+    peak: Vector
+    """(n,) natural logarithm of the largest amplitude."""
+    contrast: Vector
+    """(n,) deviation of the cycles after the largest less that of those before it; NaN where there are too few."""
+    contrast_variance: Vector
+    """(n,) variance of the contrast; NaN where there is none."""
+
+    def at(self, place: int) -> SeriesEvent:
+        """The event at an index."""
+        return SeriesEvent(int(self.event[place]), datetime.fromtimestamp(float(self.time[place]), UTC))
+
+    def subset(self, which: Mask | Indices) -> "EventSummaries":
+        """The events selected by a mask or by indices."""
+        return EventSummaries(*(getattr(self, one.name)[which] for one in fields(self)))
+
+    def joined(self, other: "EventSummaries") -> "EventSummaries":
+        """The events of both, in order of time."""
+        both = EventSummaries(
+            *(np.concatenate([getattr(self, one.name), getattr(other, one.name)]) for one in fields(self))
+        )
+        return both.subset(np.lexsort((both.event, both.time)))
+
+    def same_until(self, other: "EventSummaries") -> int:
+        """Number of the first events that have the same numbers in another summary, but for rounding."""
+        count = min(self.event.size, other.event.size)
+        if self.row.shape[1] != other.row.shape[1]:
+            return 0
+        same = np.ones(count, dtype=bool)
+        for one in fields(self):
+            first, second = (getattr(side, one.name)[:count] for side in (self, other))
+            if first.dtype.kind == "f":
+                close = np.isclose(first, second, rtol=ROUNDING, atol=ROUNDING * NEGLIGIBLE, equal_nan=True)
+                same &= close if close.ndim == 1 else close.all(axis=1)
+            else:
+                same &= first == second
+        return count if same.all() else int(same.argmin())
 
 
-def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Deviation]:
-    """Deviations of `count` events, each with one measurement at least.
+def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> tuple[Vector, Vector, Matrix, Indices, Mask]:
+    """Robust means of the deviations of `count` events, each with one measurement at least.
 
     Measurements outside the range of the baseline count only for events that have no others.
+
+    Returns:
+        `value`, `variance`, `row`, `count` and `is_out_of_range` of `EventSummaries`.
     """
     inside = is_in_range(arrays.amplitude, baseline)
     is_out = np.bincount(arrays.event[inside], minlength=count) == 0
@@ -99,51 +146,48 @@ def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Dev
     whole = np.add.reduceat(weight, edges)
     rows = np.add.reduceat(weight[:, None] * columns, edges) / whole[:, None]
     unmeasured = np.add.reduceat(weight * _unmeasured_temperature_variance(chosen, baseline), edges) / whole
-    counts = np.bincount(chosen.event)
-    return [
-        Deviation(float(value[n]), float(1 / whole[n] + unmeasured[n]), rows[n], int(counts[n]), bool(is_out[n]))
-        for n in range(count)
-    ]
+    return value, 1 / whole + unmeasured, rows, np.bincount(chosen.event), is_out
 
 
-def deviation_covariance(measured: Sequence[Deviation], common: Matrix, baseline: Baseline) -> Matrix:
-    """(n, n) covariance of the deviations of healthy events.
-
-    Args:
-        measured: n deviations.
-        common: (n, errors) of errors that events share, as `softening_std` and `ageing_std` give.
-        baseline: baseline of the deviations.
-    """
-    rows = np.array([one.row for one in measured])
-    own = np.array([one.variance for one in measured]) + baseline.scatter.events**2
-    return np.asarray(rows @ baseline.covariance @ rows.T + common @ common.T + np.diag(own))
+def common_errors(summaries: EventSummaries, baseline: Baseline) -> Matrix:
+    """(n, errors) errors that events share, each by one standard deviation: of the baseline, softening and ageing."""
+    of_curve = summaries.row @ np.linalg.cholesky(baseline.covariance)
+    return np.hstack([of_curve, softening_std(summaries, baseline), ageing_std(summaries, baseline)])
 
 
-def softening_std(arrays: SeriesArrays, events: Sequence[SeriesEvent], baseline: Baseline) -> Matrix:
+def own_variance(summaries: EventSummaries, baseline: Baseline) -> Vector:
+    """(n,) variance of each deviation of a healthy event beside the errors that events share."""
+    return np.asarray(summaries.variance + baseline.scatter.events**2)
+
+
+def softening_std(summaries: EventSummaries, baseline: Baseline) -> Matrix:
     """(n, earthquakes) standard deviation, at each event, of the loss left by each earthquake beyond all before."""
     if baseline.model.quantity.softening == 0.0:
-        return np.zeros((len(events), 0))
-    excess = amplitude_excess(arrays, len(events), baseline)
-    half_lives = np.array([one.time.timestamp() for one in events]) / RECOVERY_HALF_LIFE.total_seconds()
+        return np.zeros((summaries.event.size, 0))
+    excess = amplitude_excess(summaries.peak, baseline)
+    half_lives = summaries.time / RECOVERY_HALF_LIFE.total_seconds()
     since = half_lives[:, None] - half_lives[None, excess > 0]
     after = np.where(since > 0, 0.5 ** np.maximum(since, 0.0), np.where(since == 0, SOFTENING_WITHIN, 0.0))
     return np.asarray(baseline.model.quantity.softening * after * excess[excess > 0])
 
 
-def ageing_std(events: Sequence[SeriesEvent], baseline: Baseline) -> Matrix:
+def ageing_std(summaries: EventSummaries, baseline: Baseline) -> Matrix:
     """(n, 1) error of the expected hardening at each event, by one standard deviation of its rate; (n, 0) without."""
     model = baseline.model
     if model.ageing is None:
-        return np.zeros((len(events), 0))
-    return model.ageing.change_std(np.array([one.time.timestamp() for one in events]), model.epoch)[:, None]
+        return np.zeros((summaries.event.size, 0))
+    return model.ageing.change_std(summaries.time, model.epoch)[:, None]
 
 
-def amplitude_excess(arrays: SeriesArrays, count: int, baseline: Baseline) -> Vector:
-    """(count,) natural logarithm of an event's largest amplitude over that of the reference and all events before.
+def amplitude_excess(peaks: Vector, baseline: Baseline) -> Vector:
+    """(n,) natural logarithm of an event's largest amplitude over that of the reference and all events before.
 
     0 where it is not larger.
+
+    Args:
+        peaks: (n,) natural logarithm of the largest amplitude of each event, in order of time.
+        baseline: baseline of the series.
     """
-    peaks = np.maximum.reduceat(arrays.amplitude, np.searchsorted(arrays.event, np.arange(count)))
     before = np.maximum.accumulate(np.concatenate([[baseline.model.high], peaks]))[:-1]
     return np.asarray(np.maximum(0.0, peaks - before))
 

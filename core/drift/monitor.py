@@ -1,33 +1,33 @@
 """Monitoring of one series for drift: its baseline, the value of every event, and the alarms."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from hashlib import sha256
 from math import ceil
 from types import MappingProxyType
+from typing import overload
 
 import numpy as np
 
-from core.arrays import Matrix, Vector
+from core.arrays import Indices, Mask, Vector
 from core.drift.ageing import Ageing
-from core.drift.alarms import Alarm, alarms
+from core.drift.alarms import Alarm, Judgement, judged
 from core.drift.baseline import FEWEST_EVENTS, Baseline, fit_baseline
-from core.drift.causes import causes_of_events, with_causes
+from core.drift.causes import EventCauses, causes_of_events, with_causes
 from core.drift.change_statistics import DeviationSequence, ReferenceDeviations
 from core.drift.deviations import (
-    Deviation,
     EventNotes,
+    EventSummaries,
     EventValue,
-    ageing_std,
-    deviation_covariance,
+    common_errors,
     deviations,
+    own_variance,
     relative_change,
-    softening_std,
 )
 from core.drift.quantities import Quantity, quantity
 from core.drift.series import Series, SeriesArrays, SeriesEvent, series_arrays
-from core.drift.within_event import alarms_within
+from core.drift.within_event import alarms_within, contrasts
 from core.rounding import with_std
 from core.tables import Table, report
 
@@ -55,6 +55,86 @@ FIRST_EVENTS = Reference()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class EventValues(Sequence[EventValue]):
+    """Values of all events in order of time, made when they are read: most are of events that changed nothing."""
+
+    summaries: EventSummaries
+    std: Vector
+    """(n,) standard deviation of each deviation."""
+    baseline: Baseline
+    is_reference: Mask
+    is_excluded: Mask
+    causes: EventCauses
+
+    @property
+    def events(self) -> Indices:
+        """(n,) identifiers."""
+        return self.summaries.event
+
+    def __len__(self) -> int:
+        return int(self.summaries.event.size)
+
+    @overload
+    def __getitem__(self, place: int) -> EventValue: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[EventValue, ...]: ...
+    def __getitem__(self, place: int | slice) -> EventValue | tuple[EventValue, ...]:
+        if isinstance(place, slice):
+            return tuple(self[n] for n in range(*place.indices(len(self))))
+        place = range(len(self))[place]
+        when, value, std = self.summaries.at(place), float(self.summaries.value[place]), self.std[place]
+        return EventValue(
+            event=when.event,
+            time=when.time,
+            value=relative_change(value, self.baseline),
+            std=float(std * np.exp(value) if self.baseline.model.quantity.is_logarithmic else std),
+            count=int(self.summaries.count[place]),
+            is_reference=bool(self.is_reference[place]),
+            is_out_of_range=bool(self.summaries.is_out_of_range[place]),
+            is_excluded=bool(self.is_excluded[place]),
+            causes=self.causes.of(place),
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and tuple(self) == tuple(other)
+
+    __hash__ = None  # type: ignore[assignment]  # as of a list
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """Events that the rules tested without a sure change."""
+
+    tested: Indices
+    """(k,) identifiers, in order of time."""
+    seen: Vector
+    """(k,) their deviations as the rules saw them."""
+
+    @classmethod
+    def after(cls, tested: DeviationSequence, judgement: Judgement) -> "Judged":
+        """After the rules were applied to these deviations; without events if a change is sure."""
+        seen = np.zeros(0) if judgement.seen is None else judgement.seen
+        return cls(tested.event[: seen.size], seen)
+
+    def same(self, tested: DeviationSequence, unchanged: Indices) -> int:
+        """Number of the first of them that are tested again in the same place and are unchanged."""
+        count = min(self.tested.size, tested.event.size)
+        same = (self.tested[:count] == tested.event[:count]) & np.isin(tested.event[:count], unchanged)
+        return count if same.all() else int(same.argmin())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeriesState:
+    """What one monitoring leaves to the next, which then needs the measurements of changed events only."""
+
+    inputs: str
+    """`Baseline.inputs` of the baseline that the summaries are of."""
+    summaries: EventSummaries
+    """All events."""
+    judged: Judged
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Monitoring:
     """Drift of one series, or of the mean of two."""
 
@@ -63,12 +143,23 @@ class Monitoring:
     """None while there are too few events, and for the mean of two series."""
     events_needed: int
     """Events that the reference lacks until the curve is determined."""
-    values: tuple[EventValue, ...]
+    values: Sequence[EventValue]
     """Values of all events in order of time; empty while there are too few."""
     alarms: tuple[Alarm, ...]
     """In the order in which they were raised."""
     tested: DeviationSequence | None = None
     """Deviations that the rules tested; None without a baseline."""
+    unchanged: int = 0
+    """Number of the first values that an earlier monitoring gave too."""
+    judged: Judged | None = None
+    """None without a baseline."""
+
+    @property
+    def state(self) -> SeriesState | None:
+        """State for the next monitoring; None if that needs all measurements."""
+        if self.baseline is None or self.events_needed or not isinstance(self.values, EventValues):
+            return None
+        return None if self.judged is None else SeriesState(self.baseline.inputs, self.values.summaries, self.judged)
 
     def __str__(self) -> str:
         known = quantity(self.series.quantity)
@@ -96,37 +187,107 @@ def monitor(
     notes: Mapping[int, EventNotes] = MappingProxyType({}),
     ageing: Ageing | None = None,
     earlier: Baseline | None = None,
+    before: SeriesState | None = None,
+    omitted: Collection[int] = (),
 ) -> Monitoring:
     """Monitor a series for drift. The order in which its measurements arrived does not matter.
 
+    `earlier`, `before` and `omitted` save time and change no result.
+
     Args:
-        series: all measurements of one quantity, as `core.drift_series` gives.
+        series: all measurements of one quantity, as `core.drift_series` gives, but for those of `omitted` events.
         reference: period in which the building counts as healthy.
         notes: notes by event, where there are any.
         ageing: hardening of the rubber, which is no change of stiffness; None where it is not known.
         earlier: baseline of an earlier monitoring by the same code: where its inputs are the same it is not fitted
-            again, which changes no result.
+            again.
+        before: state that an earlier monitoring left.
+        omitted: identifiers of events whose measurements are as they were for `before` and therefore not in the
+            series. The events of the series, and those that were removed, are after the reference: `is_after`.
 
     Raises:
         ModelError: the quantity is not monitored.
     """
     known = quantity(series.quantity)
     arrays, events = series_arrays(series)
-    noted = [notes.get(one.event, NO_NOTES) for one in events]
-    healthy = _healthy(events, noted, reference)
-    if len(healthy) < FEWEST_EVENTS:
-        return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
-    baseline = _baseline(known, arrays, events, healthy, reference, ageing, earlier)
-    measured = deviations(arrays, len(events), baseline)
-    common = np.hstack([softening_std(arrays, events, baseline), ageing_std(events, baseline)])
-    covariance = deviation_covariance(measured, common, baseline)
-    causes = causes_of_events(arrays, events, measured, baseline, noted)
-    values = _values(measured, np.sqrt(np.diag(covariance)), events, baseline, noted, causes)
-    chosen = _comparable(values) if reference.end is not None or not baseline.events_needed else []
-    tested = _tested(measured, covariance, events, chosen, baseline)
-    raised = (*alarms(known, baseline, tested), *alarms_within(known, baseline, arrays, events, chosen))
-    ordered = _ordered(raised, events, causes, known)
-    return Monitoring(series, baseline, baseline.events_needed, values, ordered, tested)
+    if before is not None and omitted and earlier is not None:
+        baseline = earlier
+        summaries = before.summaries.subset(np.isin(before.summaries.event, list(omitted)))
+        summaries = summaries.joined(_summarised(arrays, events, baseline)) if events else summaries
+    else:
+        healthy = _healthy(events, notes, reference)
+        if len(healthy) < FEWEST_EVENTS:
+            return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
+        baseline = _baseline(known, arrays, events, healthy, reference, ageing, earlier)
+        summaries = _summarised(arrays, events, baseline)
+    return _monitoring(series, baseline, summaries, reference, notes, before)
+
+
+def is_after(moment: datetime, baseline: Baseline, last: datetime, reference: Reference) -> bool:
+    """Whether an event of that time leaves the baseline as it is.
+
+    Args:
+        moment: start of the event, aware.
+        baseline: baseline of the series.
+        last: time of the last event of the reference.
+        reference: period in which the building counts as healthy.
+    """
+    if reference.end is not None:
+        return moment > max(last, reference.end)
+    size = len(baseline.events)
+    # A reference of another size was all that there was, and grows with the next event.
+    return not baseline.events_needed and size in _sizes(2 * size, reference) and moment > last
+
+
+def _monitoring(
+    series: Series,
+    baseline: Baseline,
+    summaries: EventSummaries,
+    reference: Reference,
+    notes: Mapping[int, EventNotes],
+    before: SeriesState | None,
+) -> Monitoring:
+    known, own, common = baseline.model.quantity, own_variance(summaries, baseline), common_errors(summaries, baseline)
+    values = EventValues(
+        summaries=summaries,
+        std=np.sqrt(own + (common**2).sum(axis=1)),
+        baseline=baseline,
+        is_reference=np.isin(summaries.event, baseline.events),
+        is_excluded=np.isin(summaries.event, [event for event, note in notes.items() if note.excluding]),
+        causes=causes_of_events(summaries, baseline, notes),
+    )
+    chosen = _comparable(values) if reference.end is not None or not baseline.events_needed else np.arange(0)
+    tested = DeviationSequence(
+        event=summaries.event[chosen],
+        time=summaries.time[chosen],
+        deviation=summaries.value[chosen],
+        own=own[chosen],
+        common=common[chosen],
+        freedom=baseline.scatter.freedom,
+        reference=_reference(values, own),
+    )
+    valid = None if before is None or before.inputs != baseline.inputs else before
+    unchanged = 0 if valid is None else summaries.same_until(valid.summaries)
+    seen = None if valid is None else valid.judged.seen[: valid.judged.same(tested, summaries.event[:unchanged])]
+    judgement = judged(known, baseline, tested, seen)
+    raised = (*judgement.alarms, *alarms_within(known, baseline, summaries, chosen))
+    ordered = _ordered(raised, summaries, values.causes, known)
+    left = Judged.after(tested, judgement)
+    return Monitoring(series, baseline, baseline.events_needed, values, ordered, tested, unchanged, left)
+
+
+def _summarised(arrays: SeriesArrays, events: Sequence[SeriesEvent], baseline: Baseline) -> EventSummaries:
+    """Summaries of the events, each with one measurement at least."""
+    count = len(events)
+    edges = np.searchsorted(arrays.event, np.arange(count))
+    return EventSummaries(
+        np.array([one.event for one in events], dtype=np.intp),
+        np.array([one.time.timestamp() for one in events]),
+        *deviations(arrays, count, baseline),
+        ~np.isnan(arrays.temperature[edges]),
+        np.maximum.reduceat(arrays.amplitude, edges),
+        *contrasts(arrays, count, baseline),
+    )
 
 
 def _state(alarm: Alarm) -> str:
@@ -141,14 +302,14 @@ def _shown(one: EventValue, known: Quantity) -> tuple[str, str, str]:
     return f"{one.time:%Y-%m-%d %H:%M} UTC", with_std(scale * one.value, scale * one.std, unit), use
 
 
-def _healthy(events: Sequence[SeriesEvent], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
+def _healthy(events: Sequence[SeriesEvent], notes: Mapping[int, EventNotes], reference: Reference) -> list[int]:
     """Indices of the events of the reference period whose values are not excluded."""
     return [
         n
-        for n, (one, note) in enumerate(zip(events, noted, strict=True))
+        for n, one in enumerate(events)
         if (reference.start is None or one.time >= reference.start)
         and (reference.end is None or one.time <= reference.end)
-        and not note.excluding
+        and not notes.get(one.event, NO_NOTES).excluding
     ]
 
 
@@ -205,68 +366,28 @@ def _digest(rows: SeriesArrays, *others: object) -> str:
     ).hexdigest()
 
 
-def _values(
-    measured: Sequence[Deviation],
-    std: Vector,
-    events: Sequence[SeriesEvent],
-    baseline: Baseline,
-    noted: Sequence[EventNotes],
-    causes: Sequence[tuple[str, ...]],
-) -> tuple[EventValue, ...]:
-    reference, is_logarithmic = set(baseline.events), baseline.model.quantity.is_logarithmic
-    return tuple(
-        EventValue(
-            event=when.event,
-            time=when.time,
-            value=relative_change(one.value, baseline),
-            std=float(error * np.exp(one.value) if is_logarithmic else error),
-            count=one.count,
-            is_reference=when.event in reference,
-            is_out_of_range=one.is_out_of_range,
-            is_excluded=bool(note.excluding),
-            causes=cause,
-        )
-        for when, one, error, note, cause in zip(events, measured, std, noted, causes, strict=True)
-    )
-
-
-def _comparable(values: Sequence[EventValue]) -> list[int]:
+def _comparable(values: EventValues) -> Indices:
     """Indices of the events after the reference that can be compared with it."""
-    last = max(n for n, one in enumerate(values) if one.is_reference)
-    return [n for n, one in enumerate(values) if n > last and not one.is_out_of_range and not one.is_excluded]
+    is_comparable = ~values.summaries.is_out_of_range & ~values.is_excluded
+    is_comparable[: 1 + np.flatnonzero(values.is_reference).max()] = False
+    return np.flatnonzero(is_comparable)
 
 
-def _tested(
-    measured: Sequence[Deviation],
-    covariance: Matrix,
-    events: Sequence[SeriesEvent],
-    chosen: Sequence[int],
-    baseline: Baseline,
-) -> DeviationSequence:
-    return DeviationSequence(
-        events=tuple(events[n] for n in chosen),
-        deviation=np.array([measured[n].value for n in chosen]),
-        covariance=covariance[np.ix_(chosen, chosen)],
-        freedom=baseline.scatter.freedom,
-        reference=_reference(measured, events, baseline),
-    )
-
-
-def _reference(measured: Sequence[Deviation], events: Sequence[SeriesEvent], baseline: Baseline) -> ReferenceDeviations:
-    reference = set(baseline.events)
-    own = [n for n, one in enumerate(events) if one.event in reference]
+def _reference(values: EventValues, own: Vector) -> ReferenceDeviations:
+    places = np.flatnonzero(values.is_reference)
     return ReferenceDeviations(
-        events=tuple(events[n] for n in own),
-        deviation=np.array([measured[n].value for n in own]),
-        std=np.sqrt(np.array([measured[n].variance for n in own]) + baseline.scatter.events**2),
+        events=tuple(values.summaries.at(n) for n in places),
+        deviation=values.summaries.value[places],
+        std=np.sqrt(own[places]),
     )
 
 
 def _ordered(
-    raised: Sequence[Alarm], events: Sequence[SeriesEvent], causes: Sequence[tuple[str, ...]], known: Quantity
+    raised: Sequence[Alarm], summaries: EventSummaries, causes: EventCauses, known: Quantity
 ) -> tuple[Alarm, ...]:
     """Alarms in the order in which they were raised, with their possible causes."""
-    place = {one.event: n for n, one in enumerate(events)}
-    of_events = dict(zip(place, causes, strict=True))
+    if not raised:
+        return ()
+    place = {event: n for n, event in enumerate(summaries.event.tolist())}
     in_order = sorted(raised, key=lambda alarm: place[alarm.raised])
-    return tuple(with_causes(one, known, of_events) for one in in_order)
+    return tuple(with_causes(one, known, lambda event: causes.of(place[event])) for one in in_order)

@@ -20,6 +20,8 @@ SUPPORTING, SUPPORTING_SLOPE = 2, 4
 A choice; the rates below hold with it."""
 SUDDEN_THRESHOLD, SLOW_THRESHOLD, RECOVERY_THRESHOLD = 3.85, 3.85, 4.1
 """Chosen on the even seeds of benchmarks/drift.py for false alarms of 5 % by all rules together."""
+PENDING_MARGIN = -0.7
+"""Standard deviations from a rule's threshold at which an alarm is pending; it sends no message. A choice."""
 SUDDEN_RATE, SLOW_RATE, RECOVERY_RATE = 0.05, 0.005, 0.035
 """False alarms, measured on the odd seeds of benchmarks/drift.py and rounded (docs/operate/drift.md). Most false
 recoveries follow a false loss."""

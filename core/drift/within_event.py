@@ -5,7 +5,6 @@ soften a little within an event too (rubber scragging, warming lead); the events
 with which scatter. Cycles larger than any in the reference are not used, but they may have softened those that follow.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise
@@ -17,7 +16,7 @@ from core.arrays import Indices, Vector
 from core.drift.alarms import Alarm, printed_change
 from core.drift.baseline import Baseline
 from core.drift.change_statistics import LEVEL, ChangeSize
-from core.drift.deviations import is_in_range, relative_change
+from core.drift.deviations import EventSummaries, is_in_range, relative_change
 from core.drift.quantities import Quantity
 from core.drift.series import SeriesArrays, SeriesEvent
 
@@ -42,18 +41,6 @@ HUNDRED = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Contrast:
-    """Deviation of the cycles after an event's largest, less that of the cycles before it."""
-
-    value: float
-    """Natural logarithm."""
-    variance: float
-    """Variance of the value."""
-    excess: float
-    """Natural logarithm of the largest amplitude over that of the reference; 0 if it is not larger."""
-
-
-@dataclass(frozen=True, slots=True)
 class UsualChange:
     """Mean change within healthy events, and what a loss has to exceed."""
 
@@ -67,89 +54,74 @@ class UsualChange:
     """Standard deviations of half of the 95 % interval."""
 
 
-def alarms_within(
-    known: Quantity,
-    baseline: Baseline,
-    arrays: SeriesArrays,
-    events: Sequence[SeriesEvent],
-    tested: Sequence[int],
-) -> tuple[Alarm, ...]:
+def alarms_within(known: Quantity, baseline: Baseline, summaries: EventSummaries, tested: Indices) -> tuple[Alarm, ...]:
     """Alarms on single events; none unless the quantity follows amplitude and gets worse by falling.
 
     Args:
         known: the quantity.
         baseline: baseline of the series.
-        arrays: all measurements of the series.
-        events: its events.
+        summaries: the events of the series.
         tested: indices of the events to test.
     """
-    if not known.follows_amplitude or known.harm != "less" or not tested:
+    if not known.follows_amplitude or known.harm != "less":
         return ()
-    every = contrasts(arrays, len(events), baseline)
-    reference = set(baseline.events)
-    healthy = [one for one, when in zip(every, events, strict=True) if one is not None and when.event in reference]
-    usual = usual_change(healthy, known.scatter)
-    raised = []
-    for n in tested:
-        one = every[n]
-        lost = None if one is None else damage(one, usual)
-        if lost is not None:
-            raised.append(_alarm(lost, events[n], baseline))
-    return tuple(raised)
+    tested = tested[np.isfinite(summaries.contrast[tested])]
+    if not tested.size:
+        return ()
+    healthy = np.isin(summaries.event, baseline.events) & np.isfinite(summaries.contrast)
+    usual = usual_change(summaries.contrast[healthy], summaries.contrast_variance[healthy], known.scatter)
+    excess = np.maximum(0.0, summaries.peak - baseline.model.high)
+    std = np.sqrt(summaries.contrast_variance + usual.variance + (SOFTENING_STD * excess) ** 2)
+    size = summaries.contrast - usual.size
+    lost = tested[size[tested] <= -std[tested] * usual.threshold]
+    return tuple(
+        _alarm(
+            ChangeSize(value, error, value - error * usual.half, value + error * usual.half), summaries.at(n), baseline
+        )
+        for n, value, error in zip(lost.tolist(), size[lost].tolist(), std[lost].tolist(), strict=True)
+    )
 
 
-def contrasts(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Contrast | None]:
-    """Contrast of each of `count` events; None where too few cycles in the baseline's range come before or after."""
+def contrasts(arrays: SeriesArrays, count: int, baseline: Baseline) -> tuple[Vector, Vector]:
+    """`contrast` and `contrast_variance` of `count` events; NaN where too few cycles in range come before or after."""
+    value, of_value = np.full(count, np.nan), np.full(count, np.nan)
+    edges = np.searchsorted(arrays.event, np.arange(count + 1))
+    if not baseline.model.quantity.follows_amplitude or np.diff(edges).max() <= 2 * FEWEST_CYCLES:
+        return value, of_value
     columns = baseline.model.columns(arrays)
     residual = arrays.value - baseline.model.offset(arrays) - columns @ baseline.coefficients
     variance = arrays.variance + baseline.scatter.own**2
-    edges = np.searchsorted(arrays.event, np.arange(count + 1))
-    every: list[Contrast | None] = []
-    for first, end in pairwise(edges):
+    for n, (first, end) in enumerate(pairwise(edges)):
         largest = int(first + arrays.amplitude[first:end].argmax())
         before, after = _parts(arrays, np.arange(first, end), largest, baseline)
         if min(before.size, after.size) < FEWEST_CYCLES:
-            every.append(None)
             continue
         (one, of_one), (other, of_other) = (_median(residual, variance, part) for part in (before, after))
         turned = columns[after].mean(axis=0) - columns[before].mean(axis=0)
-        of_curve = float(turned @ baseline.covariance @ turned)
-        excess = max(0.0, float(arrays.amplitude[largest]) - baseline.model.high)
-        every.append(Contrast(other - one, of_one + of_other + of_curve, excess))
-    return every
+        value[n], of_value[n] = other - one, of_one + of_other + float(turned @ baseline.covariance @ turned)
+    return value, of_value
 
 
-def usual_change(healthy: Sequence[Contrast], typical: float) -> UsualChange:
+def usual_change(values: Vector, variances: Vector, typical: float) -> UsualChange:
     """The change within healthy events.
 
     Args:
-        healthy: contrasts of the events of the reference.
+        values: (m,) contrasts of the events of the reference.
+        variances: (m,) their variances.
         typical: typical standard deviation of the quantity between events.
     """
-    values = np.array([one.value for one in healthy])
-    variances = np.array([one.variance for one in healthy])
-    middle = float(np.median(values)) if healthy else 0.0
+    middle = float(np.median(values)) if values.size else 0.0
     beyond = np.minimum((values - middle) ** 2 - variances, OUTLYING**2 * typical**2)
-    scatter = (PRIOR_EVENTS * typical**2 + float(np.maximum(beyond, 0.0).sum())) / (PRIOR_EVENTS + len(healthy))
+    scatter = (PRIOR_EVENTS * typical**2 + float(np.maximum(beyond, 0.0).sum())) / (PRIOR_EVENTS + values.size)
     weight = 1 / (variances + scatter)
     of_mean = 1 / (float(weight.sum()) + USUAL_STD**-2)
-    freedom = PRIOR_EVENTS + len(healthy)
+    freedom = PRIOR_EVENTS + values.size
     return UsualChange(
         size=of_mean * float(weight @ values),
         variance=scatter + of_mean,
         threshold=float(scipy.stats.t.isf(WITHIN_RATE / HUNDRED, freedom)),
         half=float(scipy.stats.t.isf((1 - LEVEL) / 2, freedom)),
     )
-
-
-def damage(contrast: Contrast, usual: UsualChange) -> ChangeSize | None:
-    """The loss within an event; None unless it is significant."""
-    std = float(np.sqrt(contrast.variance + usual.variance + (SOFTENING_STD * contrast.excess) ** 2))
-    size = contrast.value - usual.size
-    if size > -std * usual.threshold:
-        return None
-    half = std * usual.half
-    return ChangeSize(size, std, size - half, size + half)
 
 
 def _parts(arrays: SeriesArrays, rows: Indices, largest: int, baseline: Baseline) -> tuple[Indices, Indices]:

@@ -36,7 +36,7 @@ class Track:
     """True if it was identified often enough to be a mode of the building."""
 
 
-def tracks(events: Sequence[Sequence[Mode]]) -> tuple[Track, ...]:
+def tracks(events: Sequence[Sequence[Mode]], known: Sequence[Sequence[int]] = ()) -> tuple[Track, ...]:
     """Tracks of modes with similar shape and frequency from event to event.
 
     In each event, the modes are assigned to existing or new tracks so that the sum of squared distances is smallest
@@ -45,13 +45,19 @@ def tracks(events: Sequence[Sequence[Mode]]) -> tuple[Track, ...]:
 
     Args:
         events: the modes of each event, in order of time; all shapes at the same floors.
+        known: numbers of the tracks of the modes of the first events, counted from 0, as they were found before; which
+            track has which number makes no difference.
 
     Returns:
         All tracks, lowest median frequency first.
     """
-    members: list[list[tuple[int, Mode]]] = []
-    expected: list[_Expected] = []
-    for event, modes in enumerate(events):
+    count = 1 + max((number for numbers in known for number in numbers), default=-1)
+    members: list[list[tuple[int, Mode]]] = [[] for _ in range(count)]
+    for event, (modes, numbers) in enumerate(zip(events, known, strict=False)):
+        for mode, number in zip(modes, numbers, strict=True):
+            members[number].append((event, mode))
+    expected = [_expected([mode for _, mode in track[-REFERENCE_EVENTS:]]) for track in members]
+    for event, modes in enumerate(events[len(known) :], len(known)):
         for mode, place in zip(modes, _assigned(modes, expected), strict=True):
             if place is None:
                 members.append([(event, mode)])
