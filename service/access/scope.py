@@ -34,7 +34,7 @@ from service.analyses.tables import (
     ShakingResult,
 )
 from service.buildings.tables import Building, Revision
-from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries, ReferencePeriod
+from service.drift.tables import DriftAlarm, DriftState, DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs.tables import Job
 from service.models.tables import DiagnosisPicture, KeptEffect, ModelComparison, ModelDiagnosis, ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
@@ -72,6 +72,7 @@ OF_BUILDING = (
     ModelVersion,
     ReferencePeriod,
     MonitoredSeries,
+    DriftState,
     Alert,
     BuildingCheck,
     BuildingInspection,

@@ -24,9 +24,11 @@ CYCLE = ("start", "end", "amplitude", "shear_strain", "k_eq", "k_eq_std", "c_eq"
 MODE = ("number", "frequency", "frequency_std", "damping_ratio", "damping_ratio_std")
 
 
-def temperatures(session: Session, building_id: int) -> Sequence[tuple[int, float]]:
-    """(event id, °C) of each event with a measured temperature."""
-    query = _events(building_id).add_columns(Analysis.temperature).where(Analysis.temperature.is_not(None))
+def temperatures(
+    session: Session, building_id: int, events: Collection[int] | None = None
+) -> Sequence[tuple[int, float]]:
+    """(event id, °C) of each event, or each of some, with a measured temperature."""
+    query = _events(building_id, events).add_columns(Analysis.temperature).where(Analysis.temperature.is_not(None))
     return [(row.event, row.temperature) for row in session.execute(query)]
 
 
@@ -36,17 +38,16 @@ def analysed_since(session: Session, building_id: int, since: datetime) -> int:
     return session.scalar(select(func.count()).select_from(query)) or 0
 
 
-def directions(session: Session, building_id: int, event: int | None = None) -> Sequence[Line]:
-    """Every direction of every event, or of one, the earliest event first; `result` is its number."""
-    query = _directions(building_id).add_columns(
+def directions(session: Session, building_id: int, events: Collection[int] | None = None) -> Sequence[Line]:
+    """Every direction of every event, or of some, the earliest event first; `result` is its number."""
+    query = _directions(building_id, events).add_columns(
         DirectionResult.id.label("result"), DirectionResult.start.label("record_start")
     )
-    query = query if event is None else query.where(Event.id == event)
     return session.execute(query.order_by(Event.start, Event.id, DirectionResult.id)).all()
 
 
-def all_cycles(session: Session, building_id: int, event: int | None = None) -> Sequence[Line]:
-    """Numbers of every cycle of every event, or of one, in any order; `result` is the number of its direction."""
+def all_cycles(session: Session, building_id: int, events: Collection[int] | None = None) -> Sequence[Line]:
+    """Numbers of every cycle of every event, or of some, in any order; `result` is the number of its direction."""
     names = ("start", "end", "amplitude", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
     columns = [CycleResult.__table__.c[name] for name in ("result_id", "id", *names)]
     query = (
@@ -56,13 +57,13 @@ def all_cycles(session: Session, building_id: int, event: int | None = None) -> 
         .join(Event, Event.id == Analysis.event_id)
         .where(Event.building_id == building_id)
     )
-    return session.execute(query if event is None else query.where(Event.id == event)).all()
+    return session.execute(query if events is None else query.where(Event.id.in_(events))).all()
 
 
-def residuals(session: Session, building_id: int) -> Sequence[Line]:
-    """Residual displacement of the layer in each direction, m."""
+def residuals(session: Session, building_id: int, events: Collection[int] | None = None) -> Sequence[Line]:
+    """Residual displacement of the layer in each direction, m, in every event, or in some."""
     value, std = DirectionResult.residual_displacement, DirectionResult.residual_displacement_std
-    query = _directions(building_id).add_columns(value.label("value"), std.label("std"))
+    query = _directions(building_id, events).add_columns(value.label("value"), std.label("std"))
     return session.execute(query.where(value.is_not(None)).order_by(Event.start, Event.id)).all()
 
 
@@ -72,16 +73,18 @@ def peak_displacements(session: Session, building_id: int) -> Sequence[Line]:
     return session.execute(query.order_by(Event.start, Event.id)).all()
 
 
-def sensors(session: Session, building_id: int) -> Sequence[Line]:
-    """Noise and gain of every channel."""
+def sensors(session: Session, building_id: int, events: Collection[int] | None = None) -> Sequence[Line]:
+    """Noise and gain of every channel in every event, or in some."""
     columns = (SensorResult.channel, SensorResult.noise, SensorResult.gain, SensorResult.gain_std)
-    query = _events(building_id).join(SensorResult, SensorResult.analysis_id == Analysis.id).add_columns(*columns)
+    query = (
+        _events(building_id, events).join(SensorResult, SensorResult.analysis_id == Analysis.id).add_columns(*columns)
+    )
     return session.execute(query.order_by(Event.start, Event.id, SensorResult.channel)).all()
 
 
-def findings(session: Session, building_id: int) -> Sequence[Line]:
-    """Data quality findings of each event, the earliest first."""
-    query = _events(building_id).add_columns(Analysis.quality)
+def analysed_events(session: Session, building_id: int) -> Sequence[Line]:
+    """Number and data quality findings of the latest analysis of each event, the earliest event first."""
+    query = _events(building_id).add_columns(Analysis.id.label("analysis"), Analysis.quality)
     return session.execute(query.order_by(Event.start, Event.id)).all()
 
 
@@ -247,14 +250,30 @@ def _span_directions(building_id: int, span: Span, direction: str | None) -> Que
     return span.limit(query if direction is None else query.where(DirectionResult.direction == direction))
 
 
-def _directions(building_id: int) -> Question:
-    """Events of a building with the directions of their latest analysis."""
-    joined = _events(building_id).join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+def modes_of_direction(
+    session: Session, building_id: int, direction: str, events: Collection[int] | None, most: int
+) -> Sequence[Line]:
+    """A row for each mode in every event, or in some of them, the earliest first; the latest `most` events at most."""
+    of_direction = _directions(building_id, events).where(DirectionResult.direction == direction)
+    with_modes = of_direction.where(DirectionResult.modes.any()).order_by(Event.start.desc(), Event.id.desc())
+    latest = (
+        with_modes.add_columns(DirectionResult.id.label("result"), DirectionResult.peak_force).limit(most).subquery()
+    )
+    of_mode = (ModeResult.frequency, ModeResult.frequency_std, ModeResult.shape)
+    query = select(latest.c.event, latest.c.event_start, latest.c.peak_force, *of_mode)
+    query = query.join(ModeResult, ModeResult.result_id == latest.c.result)
+    return session.execute(query.order_by(latest.c.event_start, latest.c.event, ModeResult.number)).all()
+
+
+def _directions(building_id: int, events: Collection[int] | None = None) -> Question:
+    """Events of a building, or some of them, with the directions of their latest analysis."""
+    joined = _events(building_id, events).join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
     return joined.add_columns(DirectionResult.direction)
 
 
-def _events(building_id: int) -> Question:
-    """Events of a building with their latest analysis."""
+def _events(building_id: int, events: Collection[int] | None = None) -> Question:
+    """Events of a building, or some of them, with their latest analysis."""
     columns = (Event.id.label("event"), Event.start.label("event_start"))
     latest = (Analysis.event_id == Event.id) & Analysis.current
-    return select(*columns).join(Analysis, latest).where(Event.building_id == building_id)
+    query = select(*columns).join(Analysis, latest).where(Event.building_id == building_id)
+    return query if events is None else query.where(Event.id.in_(events))

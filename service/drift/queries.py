@@ -148,7 +148,7 @@ def observations(
     Raises:
         NotFoundError: no series of that name is measured at the building.
     """
-    for series in monitored_series(session, building_id, (quantity,), event):
+    for series in monitored_series(session, building_id, (quantity,), None if event is None else (event,)):
         if series.subject == subject:
             wanted = [one for one in series.measurements if event is None or one.event == event]
             return [ObservationRow.model_validate(one) for one in sorted(wanted, key=attrgetter("time", "event"))]

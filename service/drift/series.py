@@ -32,14 +32,16 @@ from service.models import queries as model_queries
 
 Temperatures = Mapping[int, float]
 """°C, by event; only events with a thermometer."""
-Reader = Callable[[Session, int, Temperatures], Iterator[Named]]
+Events = Collection[int] | None
+"""Numbers of events; None: all."""
+Reader = Callable[[Session, int, Temperatures, Events], Iterator[Named]]
 
 
 def monitored_series(
     session: Session,
     building_id: int,
     quantities: Collection[str] = QUANTITIES.keys(),
-    event: int | None = None,
+    events: Events = None,
 ) -> tuple[Series, ...]:
     """Every series of a building, or those of some quantities, by quantity and subject.
 
@@ -49,17 +51,18 @@ def monitored_series(
         session: of the database.
         building_id: number of the building.
         quantities: names in core.drift.quantities.
-        event: number of the event whose cycles are enough; the other quantities are of all events even so.
+        events: numbers of the events whose measurements are enough; frequencies and model errors are of all events even
+            so.
     """
-    temperatures = dict(history.temperatures(session, building_id))
+    temperatures = dict(history.temperatures(session, building_id, events))
     named = chain.from_iterable(
-        read(session, building_id, temperatures)
+        read(session, building_id, temperatures, events)
         for read, provided in READERS.items()
         if not provided.isdisjoint(quantities)
     )
     found = list(series_of(named))
     if not CYCLE_QUANTITIES.isdisjoint(quantities):
-        found += _cycles(session, building_id, temperatures, event)
+        found += _cycles(session, building_id, temperatures, events)
     ordered = sorted(found, key=lambda one: (one.quantity, one.subject))
     return tuple(one for one in ordered if one.quantity in quantities)
 
@@ -68,7 +71,7 @@ def _event(number: int, start: datetime, temperatures: Temperatures) -> Analysed
     return AnalysedEvent(number, start, temperatures.get(number))
 
 
-def _cycles(session: Session, building_id: int, temperatures: Temperatures, only: int | None) -> Iterator[Series]:
+def _cycles(session: Session, building_id: int, temperatures: Temperatures, only: Events) -> Iterator[Series]:
     """Stiffness and damping of the layer in each direction: of every cycle, at its middle and its amplitude."""
     results, rows = history.directions(session, building_id, only), history.all_cycles(session, building_id, only)
     if not rows:
@@ -88,19 +91,19 @@ def _cycles(session: Session, building_id: int, temperatures: Temperatures, only
             yield Series(quantity, subject, columns.subset(known[direction[known] == subject]))
 
 
-def _residuals(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
-    for row in history.residuals(session, building_id):
+def _residuals(session: Session, building_id: int, temperatures: Temperatures, events: Events) -> Iterator[Named]:
+    for row in history.residuals(session, building_id, events):
         event = _event(row.event, row.event_start, temperatures)
         yield from measurement("residual_displacement", row.direction, event, row.value, row.std)
 
 
-def _sensors(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
-    for row in history.sensors(session, building_id):
+def _sensors(session: Session, building_id: int, temperatures: Temperatures, events: Events) -> Iterator[Named]:
+    for row in history.sensors(session, building_id, events):
         event = _event(row.event, row.event_start, temperatures)
         yield from measurements_of_sensor(event, SensorHealth(row.channel, row.noise, row.gain, row.gain_std))
 
 
-def _frequencies(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
+def _frequencies(session: Session, building_id: int, temperatures: Temperatures, _: Events) -> Iterator[Named]:
     for direction in DIRECTIONS:
         tracked = mode_tracks.tracked_modes(session, building_id, Span(), direction)
         established = (
@@ -114,7 +117,7 @@ def _frequencies(session: Session, building_id: int, temperatures: Temperatures)
         yield from measurements_of_modes(direction, established)
 
 
-def _model_errors(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
+def _model_errors(session: Session, building_id: int, temperatures: Temperatures, _: Events) -> Iterator[Named]:
     """Errors of the current models over the force, at the peak displacement; without retired models."""
     models = [model.id for model in model_queries.current_versions(session, building_id)]
     compared = model_queries.latest_comparisons(session, models) if models else {}

@@ -57,6 +57,18 @@ class MonitoredSeries(Base):
     alarms: Mapped[list["DriftAlarm"]] = relationship(back_populates="series", order_by="DriftAlarm.id")
 
 
+class DriftState(Base):
+    """What the next monitoring of a building goes on from: derived from its results, and made again without them."""
+
+    __tablename__ = "drift_state"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    created_at: Mapped[datetime]
+    facts: Mapped[str]
+    """SHA-256 of what it holds for beside the analyses: version, description and reference periods."""
+    content: Mapped[bytes]
+    """service.drift.state."""
+
+
 class DriftValue(Base):
     """Deviation of an event from a series' baseline."""
 

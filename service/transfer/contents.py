@@ -22,6 +22,7 @@ LEFT_OUT: Mapping[str, str] = {
     "audit_entry": "the audit trail is the installation's own",
     "lease": "leases are held by processes",
     "building_check": "the next round of checks makes it",
+    "drift_state": "the next monitoring of drift makes it",
     "kept_effect": "kept effects are those of all buildings; the file of each goes into effects_folder elsewhere",
 }
 """Tables of which an export has nothing, and why."""

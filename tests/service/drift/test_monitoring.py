@@ -19,7 +19,7 @@ from service.alerts.tables import Alert
 from service.buildings import reference_periods
 from service.buildings.tables import Building
 from service.drift.series import monitored_series
-from service.drift.tables import DriftValue, MonitoredSeries, ReferencePeriod
+from service.drift.tables import DriftState, DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs import queue as job_queue
 from service.jobs.queue import WATCH
 from service.jobs.tables import Job
@@ -233,17 +233,50 @@ def test_the_statements_that_write_values_do_not_grow_with_the_events(
     stored_histories.store_and_monitor(sessions, building, stored_histories.store_history(24), NOW)
     with sessions.begin() as session:
         session.execute(delete(DriftValue))
+        session.execute(delete(DriftState))
         job_queue.enqueue_monitoring(session, building, None, NOW)
     with drift_writes(sessions) as written:
         stored_histories.do_waiting_work(sessions, NOW)
     assert len([one for one in written if one.startswith("INSERT INTO drift_value")]) == 1
     with sessions.begin() as session:
         session.execute(update(DriftValue).values(std=99.0))
+        session.execute(delete(DriftState))
         job_queue.enqueue_monitoring(session, building, None, NOW)
     with drift_writes(sessions) as written:
         stored_histories.do_waiting_work(sessions, NOW)
     assert [one.partition(" SET ")[0] for one in written] == ["UPDATE drift_value"]
     assert numbers_of_values(sessions)
+
+
+@pytest.mark.sqlite
+def test_one_more_earthquake_reads_its_own_cycles_alone(sessions: sessionmaker[Session], building: int) -> None:
+    """One that came late, before the end of the reference, needs those of all."""
+    found = stored_histories.store_history(26)
+    stored_histories.store_and_monitor(sessions, building, [*found[:4], *found[5:-1]], NOW)
+    with cycle_reads(sessions) as read:
+        stored_histories.store_and_monitor(sessions, building, found[-1:], NOW)
+    assert [" IN (" in one for one in read] == [True]
+    with cycle_reads(sessions) as read:
+        stored_histories.store_and_monitor(sessions, building, found[4:5], NOW)
+    assert [" IN (" in one for one in read] == [False]
+
+
+@contextmanager
+def cycle_reads(sessions: sessionmaker[Session]) -> Iterator[list[str]]:
+    """Statements that read the values of cycles meanwhile."""
+    read: list[str] = []
+
+    def note(*given: str) -> None:
+        if given[2].startswith("SELECT cycle_result.result_id"):
+            read.append(given[2])
+
+    with sessions() as session:
+        engine = session.get_bind()
+    sqlalchemy_event.listen(engine, "before_cursor_execute", note)
+    try:
+        yield read
+    finally:
+        sqlalchemy_event.remove(engine, "before_cursor_execute", note)
 
 
 def numbers_of_values(sessions: sessionmaker[Session]) -> dict[tuple[str, str, int], int]:
@@ -259,7 +292,7 @@ def drift_writes(sessions: sessionmaker[Session]) -> Iterator[list[str]]:
     written: list[str] = []
 
     def note(*given: str) -> None:
-        if re.match(r"(INSERT INTO|UPDATE|DELETE FROM) drift_", given[2]):
+        if re.match(r"(INSERT INTO|UPDATE|DELETE FROM) drift_(value|alarm)", given[2]):
             written.append(given[2])
 
     with sessions() as session:
