@@ -37,7 +37,7 @@ from benchmarks import city
 from core.arrays import Vector
 from service.analyses.tables import Analysis
 from service.buildings import recipients
-from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule, Severity
 from service.buildings.tables import Building
 from service.db import migrate, sessions as database
 from service.jobs.queue import ANALYSE, WATCH
@@ -142,13 +142,15 @@ def command(url: str, *arguments: str) -> None:
 def first_verdicts(session: Session, begun: datetime) -> Vector:
     """(buildings,) s until the comparison with earlier earthquakes, which ends with the verdict, was stored."""
     query = select(func.min(Job.finished_at)).where(Job.kind == WATCH, Job.state == "done").group_by(Job.building_id)
-    return np.array([(one - begun).total_seconds() for one in session.scalars(query)])
+    return np.array([(one - begun).total_seconds() for one in session.scalars(query) if one is not None])
 
 
 def displacement(session: Session) -> int:
     """Largest number of places by which an earthquake ended before a stronger one."""
     query = select(Event.recorded_peak).join(Job, Job.event_id == Event.id)
-    return places_early([-one for one in session.scalars(query.where(Job.kind == ANALYSE).order_by(Job.finished_at))])
+    return places_early(
+        [-(one or 0.0) for one in session.scalars(query.where(Job.kind == ANALYSE).order_by(Job.finished_at))]
+    )
 
 
 def places_early(order: Sequence[float]) -> int:
@@ -184,7 +186,7 @@ def disordered(program: WebhookServer, displaced: int, processes: int) -> Iterat
         yield f"a message left {early} places before its turn"
 
 
-def severities(program: WebhookServer) -> Sequence[str]:
+def severities(program: WebhookServer) -> Sequence[Severity]:
     """Severities of the messages in the order in which they arrived."""
     return [json.loads(one.body)["data"]["severity"] for one in program.posted]
 

@@ -376,7 +376,7 @@ def _comparable(values: EventValues) -> Indices:
 def _reference(values: EventValues, own: Vector) -> ReferenceDeviations:
     places = np.flatnonzero(values.is_reference)
     return ReferenceDeviations(
-        events=tuple(values.summaries.at(n) for n in places),
+        events=tuple(values.summaries.at(n) for n in places.tolist()),
         deviation=values.summaries.value[places],
         std=np.sqrt(own[places]),
     )
