@@ -218,9 +218,9 @@ def main(
             of = severities(program)
             counts = ", ".join(f"{of.count(one)} {one}" for one in dict.fromkeys(of))
             print(f"    messages in the order of arrival: {counts}; {arithmetic(found)}", flush=True)
+            for fault in found.faults:
+                print(f"    WRONG: {fault}", flush=True)
             faults += found.faults
-    for fault in faults:
-        print(f"    WRONG: {fault}")
     raise typer.Exit(1 if faults else 0)
 
 

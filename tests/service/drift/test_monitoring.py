@@ -248,37 +248,6 @@ def test_the_statements_that_write_values_do_not_grow_with_the_events(
     assert numbers_of_values(sessions)
 
 
-@pytest.mark.sqlite
-def test_one_more_earthquake_reads_its_own_cycles_alone(sessions: sessionmaker[Session], building: int) -> None:
-    """One that came late, before the end of the reference, needs those of all."""
-    found = stored_histories.store_history(26)
-    stored_histories.store_and_monitor(sessions, building, [*found[:4], *found[5:-1]], NOW)
-    with cycle_reads(sessions) as read:
-        stored_histories.store_and_monitor(sessions, building, found[-1:], NOW)
-    assert [" IN (" in one for one in read] == [True]
-    with cycle_reads(sessions) as read:
-        stored_histories.store_and_monitor(sessions, building, found[4:5], NOW)
-    assert [" IN (" in one for one in read] == [False]
-
-
-@contextmanager
-def cycle_reads(sessions: sessionmaker[Session]) -> Iterator[list[str]]:
-    """Statements that read the values of cycles meanwhile."""
-    read: list[str] = []
-
-    def note(*given: str) -> None:
-        if given[2].startswith("SELECT cycle_result.result_id"):
-            read.append(given[2])
-
-    with sessions() as session:
-        engine = session.get_bind()
-    sqlalchemy_event.listen(engine, "before_cursor_execute", note)
-    try:
-        yield read
-    finally:
-        sqlalchemy_event.remove(engine, "before_cursor_execute", note)
-
-
 def numbers_of_values(sessions: sessionmaker[Session]) -> dict[tuple[str, str, int], int]:
     """Row numbers of the drift values, by quantity, subject and event."""
     question = select(MonitoredSeries.quantity, MonitoredSeries.subject, DriftValue.event_id, DriftValue.id)
