@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0039_drift_state"
-down_revision = "0038_building_checks"
+revision = "0041_drift_state"
+down_revision = "0039_originals_outside"
 branch_labels = None
 depends_on = None
 
