@@ -2,7 +2,7 @@
 
 The cycles that count have an amplitude of at least a tenth of the event's largest displacement. Bias is the mean,
 scatter the plain standard deviation, outliers and all; the robust one (1.4826 times the median absolute deviation)
-stands beside it. One draw of the noise has 240 cycles; `python -m benchmarks cycle_errors` measures two.
+stands beside it. One draw of the noise has 240 cycles; `benchmarks/restoring_force.py` measures two.
 """
 
 from itertools import product

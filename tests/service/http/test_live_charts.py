@@ -118,6 +118,9 @@ def changes_are_drawn_once_and_only_near_the_screen(page: Page) -> None:
         }}"""
     )
     assert page.evaluate("drawings.length") == 2, "one that was under way, and one for all that came meanwhile"
+    for number in range(page.evaluate("charts.length")):
+        page.evaluate(f"charts[{number}].figure.scrollIntoView()")
+        page.wait_for_function(f"() => charts[{number}].canvasWidth() <= 320")
 
 
 COUNTED = """() => {
