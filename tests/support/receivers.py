@@ -94,7 +94,7 @@ def webhook_server(tls: ssl.SSLContext | None = None) -> Iterator[WebhookServer]
         server.server_close()
 
 
-@dataclass(slots=True)
+@dataclass  # without slots: aiosmtpd reads all attributes, and Python before 3.11.3 then fails at `__weakref__`
 class MailServer:
     """A mail server that keeps what it takes."""
 
