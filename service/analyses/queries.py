@@ -6,8 +6,7 @@ from functools import lru_cache
 from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session, aliased, selectinload
 
-from service.analyses.retention import DELETED
-from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ShakingResult
+from service.analyses.tables import DELETED, Analysis, CycleResult, DirectionResult, LayerResult, ShakingResult
 from service.buildings.tables import Building
 from service.db.select import Line, Question
 from service.errors import NotFoundError

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
-import numpy as np
 from sqlalchemy import ColumnElement, Text, and_, cast, delete, exists, func, literal, or_, select, update
 from sqlalchemy.orm import Session, aliased, sessionmaker
 
 from service.access.tables import AuditEntry
 from service.alerts.tables import Alert
 from service.analyses.references import referring
-from service.analyses.tables import Analysis, DirectionResult, LayerResult
-from service.db.blobs import encode
+from service.analyses.tables import DELETED, Analysis, DirectionResult, LayerResult
 from service.db.sessions import reading
 from service.drift.tables import MonitoredSeries
 from service.jobs.tables import Job
@@ -27,8 +25,6 @@ from service.records import originals
 from service.records.tables import Content, Event, EventRecording, Packet, Recording
 from service.settings import Settings
 
-DELETED = encode(np.zeros(0, np.float32))
-"""In place of a history that a direction must have."""
 REQUIRED = ("force", "force_rigid", "force_modal", "force_std_history")
 OPTIONAL = ("displacement", "velocity", "displacement_std_history", "velocity_std_history")
 OF_LAYER = ("torsion", "torsion_std_history", "axial_load")

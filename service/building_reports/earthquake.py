@@ -14,8 +14,7 @@ from core.rounding import significant, with_std
 from core.shaking.intensity import long_period_class
 from service.alerts.tables import BuildingInspection
 from service.analyses import queries as analysis_queries
-from service.analyses.retention import DELETED
-from service.analyses.tables import Analysis, DirectionResult, ShakingResult
+from service.analyses.tables import DELETED, Analysis, DirectionResult, ShakingResult
 from service.building_reports import texts
 from service.building_reports.check_lines import CheckLine, Place, advice, check_lines, places
 from service.building_reports.texts import clipped, listed, shown
