@@ -379,19 +379,28 @@ def _earning(
 def _looked_like_two(best: Step, steps: Sequence[Step], idle: Sequence[Step]) -> bool:
     """True if one law of another form than the library's looked like two.
 
-    Of two steps, one earned no name and the other is not the nearest law; or both are forces of one family, and the
-    nearest law takes nearly all by itself.
+    Of two steps, one earned no name and the other is not the nearest law; or the nearest law takes nearly all by
+    itself, and the others are forces of its family or take nearly all by themselves too.
     """
     if len(steps) == 1:
         return bool(idle) and best.chosen.effect != steps[0].chosen.effect
-    left, before = _excess(best.ranking, best.chosen.fit), _excess(best.ranking, best.ranking.base)
-    return _are_of_one_kind(steps) and left < (1 - NEARLY) * before
+    ranking = best.ranking
+    most = (1 - NEARLY) * _excess(ranking, ranking.base)
+    near = {one.effect for one in (best.chosen, *ranking.candidates) if _excess(ranking, one.fit) < most}
+    if len(steps) < 2 or best.chosen.effect not in near:
+        return False
+    return _are_of_one_kind(steps) or all(_is_force(step) and step.chosen.effect in near for step in steps)
 
 
 def _are_of_one_kind(steps: Sequence[Step]) -> bool:
     """True if several steps are forces of one family, such as two viscous ones."""
-    effects = [EFFECTS[step.chosen.effect] for step in steps]
-    return len(steps) > 1 and {(one.family, one.acts_on) for one in effects} == {(effects[0].family, RESULTS[0])}
+    families = {EFFECTS[step.chosen.effect].family for step in steps}
+    return len(steps) > 1 and len(families) == 1 and all(map(_is_force, steps))
+
+
+def _is_force(step: Step) -> bool:
+    """True if the effect is a force of its own, not a change of another effect's."""
+    return EFFECTS[step.chosen.effect].acts_on == RESULTS[0]
 
 
 def _excess(ranking: Ranking, fit: Fit) -> float:

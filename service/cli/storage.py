@@ -28,10 +28,11 @@ def move(
     if to_store is None:
         raise typer.BadParameter("say --to-store or --to-database")
     settings = current_settings().storage
-    if settings.originals is None:
-        end("storage.originals is not set: it names the store", USAGE)
-    with opened(context) as sessions, progress_bar() as report_step:
-        moved = originals.move(sessions, settings, report_step, to_store=to_store)
+    with opened(context) as sessions:
+        if settings.originals is None:
+            end("storage.originals is not set: it names the store", USAGE)
+        with progress_bar() as report_step:
+            moved = originals.move(sessions, settings, report_step, to_store=to_store)
     where = settings.originals if to_store else "the database"
     typer.echo(f"{moved.files} original files moved to {where}, {moved.size / 1e6:.1f} MB")
 

@@ -104,9 +104,6 @@ def test_a_length_that_the_records_do_not_show_stays_as_it_is() -> None:
     assert diagnosis.after.model.effects["recent_softening"]["u_r"] == 4e-3
 
 
-@pytest.mark.xfail(
-    strict=True, reason="friction with a corner comes first, in a set with power-law damping, and relief is added to it"
-)
 def test_one_law_of_another_form_is_not_two_of_a_family() -> None:
     """Friction that grows smoothly with the speed: a damper with relief takes nearly all, another one the rest."""
     seen = tuple(

@@ -65,9 +65,11 @@ PAST_THE_LIMIT = {"connection", "raw_connection", "exec_driver_sql"} | {
 """Methods by which a statement goes past the session, which adds the limit and the entry of the audit trail."""
 WITHOUT_LIMIT = {
     "db/migrate.py": "the version of the tables",
+    "db/room.py": "free pages of the file, for a command",
     "db/sessions.py": "BEGIN of a transaction",
     "drift/monitoring.py": "the worker replaces its own values",
     "jobs/queue.py": "the worker renews its own lease",
+    "records/originals.py": "who adds bytes reaches the row of these bytes alone",
     "transfer/exporting.py": "the isolation of a command's own transaction",
 }
 """Modules that use them, and why no caller's limit applies."""
