@@ -131,7 +131,8 @@ def _keep_to_the_owner(file: Path) -> None:
 
 def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own type
     connection.isolation_level = None  # the driver begins transactions too late: two readers could deadlock as writers
-    connection.execute("PRAGMA auto_vacuum=INCREMENTAL")  # of a new file; an old one has it after a VACUUM
+    if not connection.execute("PRAGMA page_count").fetchone()[0]:  # a file with pages would be locked for writing
+        connection.execute("PRAGMA auto_vacuum=INCREMENTAL")  # an old file has it after a VACUUM
     _write_ahead(connection)
     for pragma in ("synchronous=NORMAL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}")

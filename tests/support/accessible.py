@@ -12,6 +12,13 @@ HEIGHT = 800
 ONLY_COLOURS = {"runOnly": ["color-contrast"], "resultTypes": ["violations"]}
 """What a second theme may change."""
 
+AT_REST = """Promise.all(
+    document.getAnimations()
+        .filter(one => one.effect.getComputedTiming().endTime !== Infinity)
+        .map(one => one.finished.catch(() => null))
+).then(() => null)"""
+"""Waits until colours have arrived at those of the theme; what never ends is left alone."""
+
 
 def problems(page: Page) -> list[str]:
     """Findings on the page that the browser has just opened, in the light theme; it stays dark, and narrow."""
@@ -24,6 +31,7 @@ def problems(page: Page) -> list[str]:
                 theme,
             )
         page.wait_for_timeout(100)  # charts are drawn, and drawn again
+        page.evaluate(AT_REST)
         options = {"resultTypes": ["violations"]} if theme == THEMES[0] else ONLY_COLOURS
         for rule in Axe().run(page, options=options).response["violations"]:
             places = "; ".join(node["html"][:100] for node in rule["nodes"][:3])

@@ -167,11 +167,16 @@ def test_looks_go_on_while_the_clock_is_set_back_and_ahead(
         for number, ahead in enumerate((0, -7200, 30 * 86400, 0), start=1):
             clock.ahead(ahead)
             until_taken(url, incoming, number)
-    told = re.findall(r"the clock was set back by about (\d+) s", (tmp_path / "output").read_text())
-    assert {round(float(seconds) / 600) * 600 for seconds in told} == {
-        7200,
-        30 * 86400,
-    }  # twice if a look ran meanwhile
+        end = monotonic() + 60
+        while set_back(tmp_path) != {7200, 30 * 86400}:  # by the next look, if one ran when the clock was set
+            assert monotonic() < end, set_back(tmp_path)
+            sleep(0.1)
+
+
+def set_back(folder: Path) -> set[int]:
+    """s, to ten minutes, by which the poller says that the clock was set back."""
+    told = re.findall(r"the clock was set back by about (\d+) s", (folder / "output").read_text())
+    return {round(float(seconds) / 600) * 600 for seconds in told}
 
 
 @pytest.mark.slow

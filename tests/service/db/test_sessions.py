@@ -4,7 +4,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Barrier
 
-from service.db.sessions import engine
+from sqlalchemy import text
+from sqlalchemy.orm import sessionmaker
+
+from service.db.room import INCREMENTAL
+from service.db.sessions import engine, reading
 
 TOGETHER = 6
 FILES = 100
@@ -24,3 +28,17 @@ def test_a_new_sqlite_file_is_opened_by_many_at_once(tmp_path: Path) -> None:
         for number in range(FILES):
             for done in [pool.submit(opened, number) for _ in range(TOGETHER)]:
                 done.result()
+
+
+def test_a_new_connection_reads_at_once_while_another_one_writes(tmp_path: Path) -> None:
+    address = f"sqlite:///{tmp_path / 'menshin.sqlite'}?timeout=0"
+    first, second = engine(address), engine(address)
+    with first.begin() as writing:
+        writing.execute(text("CREATE TABLE films (id INTEGER)"))
+    with first.begin() as writing:
+        writing.execute(text("INSERT INTO films VALUES (1)"))
+        with reading(sessionmaker(second))() as session:
+            assert session.scalar(text("SELECT count(*) FROM films")) == 0
+            assert session.scalar(text("PRAGMA auto_vacuum")) == INCREMENTAL, "a new file gives pages back"
+    first.dispose()
+    second.dispose()

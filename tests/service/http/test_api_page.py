@@ -12,12 +12,16 @@ from service.http.libraries import address
 
 pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
+PATIENCE = 120_000.0
+"""ms; Swagger UI draws 92 operations in 10 s on a quiet machine."""
+
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
 def test_an_operation_can_be_tried_and_read_without_javascript(url: str) -> None:
     with api_server(url) as server, sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=which("chromium"))
         page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(PATIENCE)
         printed: list[str] = []
         page.on("console", lambda message: printed.append(message.text) if message.type == "error" else None)
         page.goto(f"{server}/docs#/buildings/list_buildings")
