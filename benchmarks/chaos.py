@@ -86,7 +86,7 @@ GONE = 20.0
 MARK = "CHAOS_RUN"
 """Environment variable that identifies the processes of a run."""
 COPIED = ("service.app", "forked_children", *forked_children.IMPORTED)
-"""What the process imports, beside what commands share, that every process of a run is a copy of."""
+"""Modules that the process imports beside those that commands share; every process of a run is a copy of it."""
 
 
 class Database(StrEnum):

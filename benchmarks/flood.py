@@ -70,7 +70,7 @@ class Drained:
     displaced: int
     """Largest number of places by which an earthquake was claimed before a stronger one."""
     faults: tuple[str, ...]
-    """What was lost, or came in a wrong order."""
+    """Events that were lost, or came in a wrong order."""
 
     def __str__(self) -> str:
         median, late, last = np.quantile(self.verdicts, [0.5, 0.95, 1.0])
@@ -192,7 +192,7 @@ def severities(program: WebhookServer) -> Sequence[Severity]:
 
 
 def arithmetic(found: Drained) -> str:
-    """What the processor time of one building means for a great earthquake; nothing of it was run."""
+    """Extrapolation from the processor time of one building to a great earthquake; nothing of it was run."""
     each = (found.spent + found.server) / found.verdicts.size
     hours = "; ".join(f"{cores} cores {GREAT * each / cores / 60:.0f} min" for cores in (2, 4, 16, 64))
     return f"arithmetic, not measured: {GREAT} buildings x {each:.2f} s of processor time / cores: {hours}"

@@ -62,7 +62,7 @@ PARTS = ("round", "poller", "pages", "api", "drift")
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """What something took."""
+    """Time and statements of one measurement."""
 
     name: str
     seconds: float

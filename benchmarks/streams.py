@@ -62,7 +62,7 @@ def played(samples: dict[str, Vector], begin: float) -> list[tuple[float, bytes]
 
 
 def seen(opened: sessionmaker[Session]) -> dict[str, bool]:
-    """What there is so far."""
+    """State so far."""
     with opened() as session:
         messages = list(session.scalars(select(Message).order_by(Message.id)))
         state = session.scalars(select(StreamState)).one_or_none()

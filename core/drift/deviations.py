@@ -71,7 +71,7 @@ class EventValue:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventSummaries:
-    """What the baseline leaves of the measurements of n events, in order of time: all that later results need."""
+    """Deviations of n events from the baseline, in order of time, with all that later results need of them."""
 
     event: Indices
     """(n,) identifiers, as in the series."""

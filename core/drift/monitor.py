@@ -125,7 +125,7 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeriesState:
-    """What one monitoring leaves to the next, which then needs the measurements of changed events only."""
+    """State that one monitoring leaves to the next, which then needs the measurements of changed events only."""
 
     inputs: str
     """`Baseline.inputs` of the baseline that the summaries are of."""

@@ -1,4 +1,4 @@
-"""What records teach of a model's forecasts: its values' covariance, its own error, and the range that it has seen."""
+"""Experience with a model's forecasts, from records: covariance of its values, its own error, and the range seen."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -102,7 +102,7 @@ def experience(
     superstructures: Mapping[Direction, FixedBaseModes],
     description: BuildingDescription,
 ) -> Experience:
-    """What the records of a building teach of a model's forecasts.
+    """Experience with a model's forecasts, from the records of a building.
 
     Args:
         model: with fitted values.

@@ -31,7 +31,7 @@ NO_CHANNEL = "no displacement was measured"
 INTEGRAL_CHANNEL = "the displacement channel contains accelerations integrated twice, so no displacement was measured"
 """Reasons for integrating the accelerations."""
 NO_MOTION = "no motion of the layer"
-"""What follows where there is nothing to integrate."""
+"""Consequence where there is nothing to integrate."""
 
 
 def layer_motion(

@@ -8,8 +8,8 @@ import numpy as np
 from core.arrays import Vector
 
 Integral = Literal["recorded", "restored"]
-"""What a displacement channel that was integrated from accelerations gives: the motion as recorded, or with the slow
-motion restored that its high-pass removed."""
+"""Motion from a displacement channel that was integrated from accelerations: as recorded, or with the slow motion
+restored that its high-pass removed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

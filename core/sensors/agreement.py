@@ -23,7 +23,7 @@ GAIN = 2.0
 LEAST_EXPECTED = 3.0
 """Power of the expected motion over that of its noise, below which the channel is not judged. Not tuned."""
 LEFT_OUT = "The channel is left out"
-"""What follows from some faults, in words."""
+"""Consequences of some faults, in words."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,7 @@ class FilledGap:
 
 
 LAST_VALUE, ZEROS, LINE = "its last value", "zeros", "a straight line"
-"""What a recorder writes in place of samples that it lost."""
+"""Values that a recorder writes in place of samples it lost."""
 
 
 def filled_gaps(trace: Trace, quantity: Quantity) -> tuple[FilledGap, ...]:

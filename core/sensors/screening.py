@@ -129,7 +129,7 @@ def _without_gaps(
 
 
 def _fill(filled: Sequence[FilledGap]) -> str:
-    """What the recorder wrote in place of lost samples, in words."""
+    """Values that the recorder wrote in place of lost samples, in words."""
     return " and ".join(dict.fromkeys(one.kind for one in filled))
 
 

@@ -1,4 +1,4 @@
-"""What a missing force depends on: shares of its power that functions of each variable predict where not fitted."""
+"""Dependence of a missing force on variables: shares of its power that functions of each predict where not fitted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

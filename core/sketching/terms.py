@@ -18,7 +18,7 @@ from core.arrays import Vector
 from core.fitting.observation import Observation
 
 Shape = Literal["length", "speed", "time", "travel", ""]
-"""What a term's own value is; empty for none."""
+"""Meaning of a term's own value; empty for none."""
 
 LENGTHS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7)
 """Shares of the largest displacement where the search begins. A choice: from elastic slip to the largest motion."""
@@ -70,14 +70,14 @@ class Term:
 
     @property
     def meaning(self) -> str:
-        """What its amplitude is."""
+        """Meaning of its amplitude."""
         return f"force of the {self.name}"
 
 
 OWN: Mapping[Shape, str] = MappingProxyType(
     {"length": "its own length", "speed": "its own speed", "time": "its own time", "travel": "its own travel"}
 )
-"""What the own value of a term is."""
+"""Meaning of a term's own value."""
 
 
 @njit(cache=False)

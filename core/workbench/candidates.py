@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from core.comparison.compared import compare_forces, force_misfit
 from core.comparison.misfit import Misfit
-from core.diagnosis.missing_effects import Diagnosis, Step
+from core.diagnosis.effect_search import Step
+from core.diagnosis.missing_effects import Diagnosis
 from core.diagnosis.plausibility import implausible
 from core.diagnosis.ranking import Dropped, Ranking, ScoredCandidate
 from core.effects import EFFECTS

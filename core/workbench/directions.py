@@ -7,7 +7,8 @@ from itertools import permutations
 import numpy as np
 
 from core.comparison.compared import compare_forces, force_misfit
-from core.diagnosis.missing_effects import Diagnosis, Outcome, Step, diagnosed
+from core.diagnosis.effect_search import Step
+from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.fitting.observation import Observation, observations
@@ -29,7 +30,7 @@ choice, for the time that it saves."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DirectionDiagnosis:
-    """What the model lacks in one direction."""
+    """Diagnosis of the model in one direction."""
 
     direction: Direction
     diagnosis: Diagnosis

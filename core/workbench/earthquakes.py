@@ -11,7 +11,7 @@ from core.comparison.compared import Band, ForceComparison, compare_forces, forc
 from core.comparison.misfit import Misfit
 from core.comparison.prediction import Prediction, predict_all
 from core.description import BuildingDescription
-from core.diagnosis.missing_effects import LOWERS
+from core.diagnosis.effect_search import LOWERS
 from core.diagnosis.sensor_faults import BuildingFault
 from core.errors import IdentificationError, RecordError
 from core.estimators.result import RestoringForce

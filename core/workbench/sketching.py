@@ -74,7 +74,7 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SketchResult:
-    """What is known of the force that a model lacks."""
+    """Estimate of the force that a model lacks, with its sketches."""
 
     given: Isolator
     earthquakes: Earthquakes
@@ -257,7 +257,7 @@ def missing_table(result: SketchResult) -> Table:
 
 
 def dependence_table(result: SketchResult) -> Table:
-    """What the missing force depends on."""
+    """Variables on which the missing force depends."""
     rows = tuple((one.variable, percent_in_table(max(0.0, one.share))) for one in result.dependences)
     return Table(
         "What it depends on",

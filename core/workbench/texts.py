@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
-from core.diagnosis.missing_effects import LOWERS, Step
+from core.diagnosis.effect_search import LOWERS, Step
 from core.diagnosis.plausibility import implausible
 from core.diagnosis.ranking import DECISIVE
 from core.diagnosis.unexplained import STRUCTURED, Unexplained

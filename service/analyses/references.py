@@ -14,7 +14,7 @@ from service.records.tables import Event
 
 
 def referring(session: Session) -> Mapping[str, ColumnElement[bool]]:
-    """What refers to an event, as conditions on `Event`, by its words."""
+    """References to an event, as conditions on `Event`, by their words."""
     later = aliased(Event)
     after = exists().where(later.building_id == Event.building_id, later.start > Event.start)
     between = aliased(Event)

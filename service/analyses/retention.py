@@ -40,7 +40,7 @@ DELIVERED = ("delivered", "failed", "dropped")
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What may be deleted of one kind, once its period is over."""
+    """Rows of one kind that may be deleted once its period is over."""
 
     kind: str
     setting: str
@@ -51,7 +51,7 @@ class Rule:
     old: Callable[[datetime], ColumnElement[bool]]
     """Rows from before a time that are not deleted yet."""
     keeping: Callable[[Session], Mapping[str, ColumnElement[bool]]]
-    """What keeps a row of these, by its words."""
+    """References that keep a row of these, by their words."""
     delete: Callable[[Session, Sequence[Any], datetime], None]
 
     def age(self, settings: Settings) -> float | None:
@@ -63,7 +63,7 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Prunable:
-    """What of one kind may go, or went."""
+    """Number and size of the rows of one kind that may go, or went."""
 
     kind: str
     setting: str
@@ -77,7 +77,7 @@ class Prunable:
 
 
 def prunable(session: Session, settings: Settings, now: datetime) -> list[Prunable]:
-    """What `prune` would delete, by kind; it reads only."""
+    """Rows that `prune` would delete, by kind; reads only."""
     return [_prunable(session, rule, rule.age(settings), now) for rule in RULES]
 
 

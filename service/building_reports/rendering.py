@@ -74,7 +74,7 @@ def _data(report: Report, pictures: Sequence[Picture], issued: datetime) -> dict
 
 
 def _words(picture: Picture) -> dict[str, str]:
-    """What a picture says, in the language of the report."""
+    """Description of a picture, in the language of the report."""
     return {"title": said(picture.title), "caption": said(picture.caption), "reason": said(picture.reason)}
 
 

@@ -1,4 +1,4 @@
-"""What StationXML says about the stations and channels of a building."""
+"""Stations and channels of a building by its StationXML."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class StationError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class StationChannel:
-    """What the metadata of a channel say."""
+    """Metadata of a channel."""
 
     id: str
     """network.station.location.channel"""
@@ -109,7 +109,7 @@ def stations(name: str, data: bytes, wanted: Collection[str], now: datetime) -> 
 
 
 def _described(key: str, channel: "Channel") -> StationChannel:
-    """What the metadata of a channel say.
+    """Metadata of a channel.
 
     Raises:
         FormatError: its unit is that of nothing that a building has.

@@ -63,7 +63,7 @@ HoldOut = Annotated[
 
 
 class Motion(StrEnum):
-    """What a displacement channel that was integrated from accelerations gives."""
+    """Motion from a displacement channel that was integrated from accelerations."""
 
     recorded = "recorded"
     restored = "restored"

@@ -107,7 +107,7 @@ def _put(done: "SimpleQueue[tuple[str, Result]]", name: str, task: Callable[[], 
 
 
 def _outcome(check: Check) -> tuple[Found, ...]:
-    """What a check finds; its failure is a finding too."""
+    """Findings of a check; its failure is a finding too."""
     found: list[Found] = []
     try:
         found.extend(check())  # keeps those before a failure

@@ -301,7 +301,7 @@ def _is_overtaken(session: Session, claim: Claim, building_id: int) -> bool:
 
 
 def _state(session: Session, building_id: int, of_state: str) -> BuildingState | None:
-    """What the last monitoring left; None where it does not hold any more."""
+    """State that the last monitoring left; None where it does not hold any more."""
     holds = (DriftState.building_id == building_id, DriftState.facts == of_state)
     content = session.scalar(select(DriftState.content).where(*holds))
     return None if content is None else decoded(content)

@@ -58,7 +58,7 @@ class MonitoredSeries(Base):
 
 
 class DriftState(Base):
-    """What the next monitoring of a building goes on from: derived from its results, and made again without them."""
+    """State from which the next monitoring of a building goes on; derived from results, and made again if absent."""
 
     __tablename__ = "drift_state"
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)

@@ -33,7 +33,7 @@ SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.
 
 
 PROCESSES: Mapping[str, str] = {POLLING: "poller", WORKING: "worker", NOTIFYING: "notifier"}
-"""What has a lease while it lives, by the name of the lease."""
+"""Processes that hold a lease while they live, by the name of the lease."""
 
 
 def leases(session: Session) -> Counted:

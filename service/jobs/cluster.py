@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 PACKAGES = ("menshin", "numpy", "scipy", "numba", "dask", "distributed")
 """Packages whose versions must be the same in this process and in the cluster's workers."""
 OF_SCHEDULER = ("python", "dask", "distributed")
-"""What must be the same in the scheduler too."""
+"""Packages whose versions the scheduler must share."""
 LOOK = 2.0
 """s between two looks at the cluster."""
 CONNECT = 5.0
@@ -67,7 +67,7 @@ class Cluster(JobExecutor):
         self._trouble: str | None = None
 
     def trouble(self) -> str | None:
-        """What keeps the cluster from computing, and what helps; connects to its scheduler where necessary."""
+        """Obstacle to the cluster's computing, and its remedy; connects to its scheduler where necessary."""
         if self._client is not None and self._client.status != "running":
             self._lose_scheduler()
         if self._timer() - self._looked_at >= LOOK:

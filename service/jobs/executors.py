@@ -30,7 +30,7 @@ class JobExecutor(Executor):
     """An executor that can abandon a computation, and says when it cannot compute."""
 
     def trouble(self) -> str | None:
-        """What keeps it from computing, and what helps; None if nothing does."""
+        """Obstacle to computing, and its remedy; None if there is none."""
         return None
 
     @abstractmethod

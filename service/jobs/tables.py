@@ -55,4 +55,4 @@ class Lease(Base):
     holder: Mapped[str]
     until: Mapped[datetime]
     trouble: Mapped[str | None] = mapped_column(Text)
-    """What keeps the holder from its work, and after a semicolon what helps; None if nothing does."""
+    """Obstacle to the holder's work, and its remedy after a semicolon; None if there is none."""

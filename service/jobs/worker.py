@@ -87,7 +87,7 @@ class Worker:
     first_warmed: Future[None] | None = None
     """Of the one process that is warmed before the others."""
     trouble: str | None = None
-    """What keeps the executor from computing, as it was at the last look."""
+    """Obstacle to the executor's computing at the last look."""
     extended_at: float | None = None
     cancelled_checked_at: float = -float("inf")
     """s of the timer at the latest query for cancelled jobs."""

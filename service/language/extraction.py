@@ -205,7 +205,7 @@ NAMED = re.compile(r"\{[^{}]*\}")
 """A place of a text for `str.format`."""
 LETTERS = re.compile(r"[A-Za-z]{2}")
 EDGES = " ,;:\n"
-"""What joins a part of a sentence to others; it is no part of the message."""
+"""Joints between parts of a sentence, which are no part of the message."""
 NAMES = re.compile(r"api|file|lax|strict|menshin(-[a-z]+)*")
 """Words that programs read."""
 WORDS = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* [^A-Za-z]*[A-Za-z]|[A-Za-z]{2,}.* .*[A-Za-z]|\ba [a-z]{2,}", re.DOTALL)

@@ -38,11 +38,11 @@ MOST = 8
 TELLING = 8
 """Letters of a fixed part that no value has in itself: it belongs to another message of that kind."""
 WEAK = (", and ", " – ", ", ", " and ", " or ")
-"""What stands between smaller parts, in the order of splitting."""
+"""Separators of smaller parts, in the order of splitting."""
 PARTS: Mapping[Language, Mapping[str, str]] = {
     "ja": {" ": "", "; ": "；", ": ": "：", ", and ": "、", " – ": " – ", ", ": "、", " and ": "と", " or ": "または"},
 }
-"""What replaces it."""
+"""Replacements of the separators, by language."""
 ENDS: Mapping[Language, str] = {"ja": "。"}
 """In place of a full stop."""
 MONTHS = (
@@ -68,7 +68,7 @@ class Message:
     """A message with places, and its translation."""
 
     literals: tuple[str, ...]
-    """What stands before, between and after the places."""
+    """Texts before, between and after the places."""
     names: tuple[str, ...]
     """The places', one fewer."""
     translation: str
@@ -92,7 +92,7 @@ class Message:
         return self.letters >= PROVING or words == 0 or (words == 1 and self.letters >= FEWEST)
 
     def values(self, text: str) -> dict[str, str] | None:
-        """What a text has in the places; None if the message does not fit."""
+        """Contents of the places in a text; None if the message does not fit."""
         first, last = self.literals[0], self.literals[-1]
         at, end = len(first), len(text) - len(last)
         if at > end or not (text.startswith(first) and text.endswith(last)):

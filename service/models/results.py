@@ -315,7 +315,7 @@ class OutOfRangeOut(Result):
 
 
 class DirectionOut(Result):
-    """What a model lacks in one direction, diagnosed by itself."""
+    """Diagnosis of a model in one direction, by itself."""
 
     direction: str = Field(description="x or y.")
     outcome: str = Field(description="Of this direction alone, see `DiagnosisRow`.")

@@ -246,7 +246,7 @@ class KeepRequest(BaseModel):
 
 
 class ForecastScaling(BaseModel):
-    """What a ground motion is scaled to, one thing at most, and the isolators' temperature."""
+    """Target to which a ground motion is scaled, one at most, and the isolators' temperature."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -301,7 +301,7 @@ class ForecastForm(BaseModel):
 
     @property
     def wanted_scaling(self) -> ForecastScaling:
-        """What the motion is scaled to; units and errors as of `request`."""
+        """Target to which the motion is scaled; units and errors as of `request`."""
         given: dict[str, object] = {}
         try:
             if self.scaling == "pga":

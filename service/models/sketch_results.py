@@ -155,7 +155,7 @@ class ProposalOut(Result):
 
 
 class SketchDocument(Head):
-    """What is known of the force that a model lacks."""
+    """Estimate of the force that a model lacks, with its sketches."""
 
     missing: list[MissingOut]
     dependences: list[DependenceOut]

@@ -143,7 +143,7 @@ class Outside:
 
 
 def outside(session: Session) -> Outside:
-    """What is in the store by the rows of the database."""
+    """Files in the store by the rows of the database."""
     counted = select(func.count(), func.coalesce(func.sum(Content.size), 0))
     return Outside(*session.execute(counted.where(Content.is_outside, is_there())).one())
 

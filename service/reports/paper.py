@@ -31,7 +31,7 @@ PRELUDE = """
   text
 }
 """
-"""What every template may use: the language, and its texts in it; a last place may have content."""
+"""Variables of every template: the language, and the texts in it; a last place may have content."""
 SHARPNESS = 120.0
 """Pixels per inch of a picture of a page."""
 

@@ -26,7 +26,7 @@ GUIDES: Mapping[str, str] = {
     "column": "header",
     "facet": "header",
 } | dict.fromkeys(("color", "fill", "stroke", "shape", "size", "opacity", "strokeDash", "strokeWidth"), "legend")
-"""What names the classes of a channel."""
+"""Words that name the classes of a channel."""
 TIMES: Mapping[Language, dict[str, Any]] = {
     "ja": {
         "dateTime": "%Y年%-m月%-d日 %X",

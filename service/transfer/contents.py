@@ -1,4 +1,4 @@
-"""What belongs to a building: the rows of every table, and the numbers that they hold of each other.
+"""Contents of a building: the rows of every table, and the numbers that they hold of each other.
 
 A foreign key says by itself what it refers to. Numbers within JSON and text are listed here.
 """
@@ -53,7 +53,7 @@ PARENTS: Mapping[str, str] = {
 }
 """Column by which a row belongs to a row that belongs to the building, where no column names the building."""
 Shifts = Mapping[str, int]
-"""What to add to the numbers of a table's rows."""
+"""Offset to add to the numbers of a table's rows."""
 KEYS: Mapping[str, str] = {
     "event": "event",
     "events": "event",

@@ -107,7 +107,7 @@ def _rows(
 
 
 def without_secrets(now: datetime) -> Mapping[str, Callable[[dict[str, Any]], None]]:
-    """What takes the secrets out of rows, by table.
+    """Functions that take the secrets out of rows, by table.
 
     Descriptions have the addresses of servers without name and password, and those of recipients as pages show them. A
     recipient whose address or secret is not wholly there is removed from the time of the export on: nothing can be

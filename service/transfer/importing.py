@@ -92,7 +92,7 @@ def _numbered() -> list[Table]:
 
 
 def _shift(session: Session, table: Table, archive: Archive) -> int:
-    """What to add to the numbers of a table; 0 where none of them is in use."""
+    """Offset to add to the numbers of a table; 0 where none of them is in use."""
     entry = archive.manifest.tables[table.name]
     if entry.first is None or entry.last is None:
         return 0

@@ -1,4 +1,4 @@
-"""What the earthquakes of a building add up to: the offset that each left, and the path of the isolators."""
+"""Sums over the earthquakes of a building: the offset that each left, and the path of the isolators."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

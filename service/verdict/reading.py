@@ -59,7 +59,7 @@ EXCLUDED = Lacking(
     reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
 )
 AGE, COMPOUND = "age", "compound"
-"""What decides how far the rubber hardens."""
+"""Entries that decide how far the rubber hardens."""
 PENDING = Lacking(reason="The earthquake has not been analysed yet.", remedy="The analysis, which is under way.")
 NOT_SCREENED = Problems(data_problems=PENDING, sensor_problems=PENDING, clock_problems=PENDING)
 COMPARING = Lacking(reason=NOT_COMPARED.reason, remedy="The comparison, which is under way.")
@@ -182,7 +182,7 @@ def shaking_facts(session: Session, analysis: Analysis, description: BuildingDes
 
 
 def event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, silence: str = "") -> Facts:
-    """What the assessment of an earthquake depends on; `silence` is the reason why later ones may have been missed."""
+    """Inputs of the assessment of an earthquake; `silence` is the reason why later ones may have been missed."""
     usable = analysis if analysis is not None and analysis.refusal is None else None
     is_pending = usable is None and event.state in STATES
     results, layer = (facts.results, facts.layer) if usable is not None else ((), None)
@@ -283,7 +283,7 @@ def _stiffness(facts: StoredFacts, is_pending: bool) -> dict[str, Measured | Lac
 
 
 def _corrections(layer: IsolationLayer, temperature: float | None, hardening: float | None) -> str:
-    """What the expected stiffness is corrected for besides the amplitude, and why not for age."""
+    """Corrections of the expected stiffness besides that for amplitude, and the reason if age is not among them."""
     weather = "season" if temperature is None else "temperature"
     if hardening is not None:
         return f"corrected for {weather} and age"

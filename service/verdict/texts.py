@@ -85,7 +85,7 @@ SHARES: Mapping[str, str] = {
 """Words after the share of a limit, by check, the first that is known first."""
 NONE_YET = "No earthquake has been recorded yet."
 NOT_ASSESSED = "The isolators cannot be assessed; inspect them if the shaking was strong."
-"""What follows from an earthquake whose records cannot be used."""
+"""Consequence of an earthquake whose records cannot be used."""
 
 
 def title(check: Check) -> str:
@@ -159,7 +159,7 @@ def moved(verdict: Assessment) -> str:
 
 
 def meaning(verdict: Assessment) -> str:
-    """What the level means, and what is to be done; after an inspection that decides it, by its result."""
+    """Meaning of the level and the action it asks for; after an inspection that decides it, by its result."""
     if verdict.inspection is not None and _decides(verdict):
         return INSPECTED_MEANINGS[verdict.inspection.result.value]
     return MEANINGS[verdict.level]

@@ -118,7 +118,7 @@ def of_building(
 
 
 def _live(stream: StreamState | None) -> dict[str, Any]:
-    """What the page shows of a live stream."""
+    """State of a live stream, as the page shows it."""
     if stream is None:
         return {"stream": None}
     return {

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from synthetic_observations import BOUC_WEN, observations
 
-from core.diagnosis.missing_effects import without_needless
+from core.diagnosis.effect_search import without_needless
 from core.diagnosis.plausibility import implausible, objection
 from core.diagnosis.ranking import ScoredCandidate
 from core.fitting.data import FitData

@@ -14,7 +14,8 @@ from records_from_observations import records_from_observations
 from rich.console import Console
 from synthetic_observations import BOUC_WEN, observations
 
-from core.diagnosis.missing_effects import LOWERS, Outcome
+from core.diagnosis.effect_search import LOWERS
+from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.ranking import Dropped
 from core.diagnosis.sensor_faults import BuildingFault, Cause
 from core.diagnosis.worth import NoiseRatios, worth
