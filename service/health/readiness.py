@@ -119,18 +119,23 @@ def _late(session: Session, settings: Settings, now: datetime) -> list[datetime]
         .join(newest, newest.c.building_id == Building.id)
         .outerjoin(SourceState, SourceState.building_id == Building.id)
     )
-    late: dict[int, datetime] = {}
+    late, described_since = list[datetime](), dict[int, datetime]()
     for number, since, looked_at, failing_since in session.execute(query):
         looked = max(since, looked_at or since)
         rest = source_schedule.LONGEST_PAUSE if failing_since else 0.0
-        if now - looked > timedelta(seconds=patience + rest):
-            late[number] = looked
-    return [
-        late[building.id]
-        for numbers in in_batches(list(late))
+        if now - looked <= timedelta(seconds=patience + rest):
+            continue
+        if looked_at is not None and looked_at >= since:
+            late.append(looked)
+        else:  # the newest description may be without a source
+            described_since[number] = looked
+    late += [
+        described_since[building.id]
+        for numbers in in_batches(list(described_since))
         for building, revision in building_queries.by_number(session, numbers)
         if building_store.parsed(revision).source is not None
     ]
+    return late
 
 
 def _worker(session: Session, settings: Settings, now: datetime) -> Check:

@@ -122,6 +122,38 @@ def test_a_building_without_a_source_lacks_no_look(url: str, sessions: sessionma
     assert failing(url) == []
 
 
+def test_sources_that_were_looked_at_are_late_without_reading_their_descriptions(
+    url: str, sessions: sessionmaker[Session], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = building_file("folder", str(tmp_path)).replace('"TOWER"', '"GONE"')
+    bare = text[: text.index("[source]")] + text[text.index("[[channel]]") :]
+    with sessions.begin() as session:
+        building_store.add(session, text, Path("/"), NOW - timedelta(days=1))
+    SourcePoller(sessions, SETTINGS).poll_all()
+    looked(sessions, datetime.now(UTC) - 1.1 * LATE)
+    read: list[int] = []
+    parsed = building_store.parsed
+    monkeypatch.setattr(readiness.building_store, "parsed", lambda one: read.append(one.building_id) or parsed(one))
+    before = late(sessions)
+    assert before > 1
+    assert read == []
+    with sessions.begin() as session:
+        building_store.update_description(session, bare, Path("/"), datetime.now(UTC) - 1.05 * LATE)
+    read.clear()
+    assert late(sessions) == before - 1
+    assert len(read) == 1
+    with sessions.begin() as session:
+        building_store.update_description(session, text, Path("/"), datetime.now(UTC))
+
+
+def late(sessions: sessionmaker[Session]) -> int:
+    """Number of sources that were not looked at in time."""
+    with sessions() as session:
+        checks = readiness.checks(session, SETTINGS, datetime.now(UTC))
+    number = next(one.found for one in checks if one.name == "looks").split()[0]
+    return 1 if number == "one" else int(number)
+
+
 def test_late_sources_take_as_many_statements_for_two_buildings_as_for_five(
     url: str, sessions: sessionmaker[Session], tmp_path: Path
 ) -> None:
