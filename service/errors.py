@@ -27,8 +27,12 @@ class NotFoundError(ServiceError):
 
     status = 404
 
-    def __init__(self, what: str, name: object) -> None:
-        super().__init__(f"There is no {what} {str(name)!r}.")
+    def __init__(self, what: str, name: object, pruned_by: str | None = None) -> None:
+        """`pruned_by` is the setting by which old objects of that kind are deleted."""
+        message = f"There is no {what} {str(name)!r}."
+        if pruned_by is not None:
+            message += f" It may have been deleted: 'menshin prune' deletes old ones where {pruned_by} is set."
+        super().__init__(message)
 
 
 class ConflictError(ServiceError):

@@ -290,10 +290,6 @@ def _summarised(arrays: SeriesArrays, events: Sequence[SeriesEvent], baseline: B
     )
 
 
-def _state(alarm: Alarm) -> str:
-    return "" if alarm.is_sure else "; this alarm is pending"
-
-
 def _shown(one: EventValue, known: Quantity) -> tuple[str, str, str]:
     """Cells of an event: its time, its deviation, and its part in the judgement."""
     scale, unit = (100.0, "%") if known.is_logarithmic else (1000.0, "mm")

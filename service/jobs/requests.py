@@ -34,7 +34,7 @@ def job(session: Session, identity: int) -> Job:
     """
     row = session.get(Job, identity)
     if row is None:
-        raise NotFoundError("job", identity)
+        raise NotFoundError("job", identity, "retention.jobs")
     return row
 
 

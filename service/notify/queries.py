@@ -28,7 +28,7 @@ def message(session: Session, identity: int) -> Message:
     wanted = (joinedload(Message.building), selectinload(Message.deliveries).joinedload(Delivery.receiver))
     row = session.scalars(select(Message).options(*wanted).where(Message.id == identity)).one_or_none()
     if row is None:
-        raise NotFoundError("message", identity)
+        raise NotFoundError("message", identity, "retention.messages")
     return row
 
 
@@ -64,7 +64,7 @@ def delivery(session: Session, identity: int) -> Delivery:
     )
     row = session.scalars(select(Delivery).options(*wanted).where(Delivery.id == identity)).one_or_none()
     if row is None:
-        raise NotFoundError("delivery", identity)
+        raise NotFoundError("delivery", identity, "retention.messages")
     return row
 
 

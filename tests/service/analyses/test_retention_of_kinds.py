@@ -16,6 +16,8 @@ from service.alerts.tables import Alert, BuildingInspection
 from service.analyses import retention
 from service.analyses.tables import Analysis
 from service.drift.tables import DriftValue, MonitoredSeries
+from service.errors import NotFoundError
+from service.jobs import requests
 from service.jobs.tables import Job
 from service.models.tables import ModelComparison, ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
@@ -199,6 +201,8 @@ def test_jobs_go_that_nothing_is_from(sessions: sessionmaker[Session], events: l
     retention.prune(sessions, settings, LATER)
     with sessions() as session:
         left = set(session.scalars(select(Job.id)))
+        with pytest.raises(NotFoundError, match=r"retention\.jobs is set"):
+            requests.job(session, old.id)
     assert old.id not in left
     assert needed <= left
     assert waits.id in numbers & left
