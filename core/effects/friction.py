@@ -12,7 +12,7 @@ from core.effect import Effect, LogNormal, Parameter
 
 ROUND = 2.0
 """Corner of Constantinou et al. (1990)."""
-SHORTEST = 4e-3
+SHORTEST = 3.8e-3
 """s: the variable comes to its bound no faster than this. Steps of 10 ms are stable from 3.6 ms on (2.78 of them, by
 the method of Runge and Kutta); with faster ones the derivatives by the parameters grow where the force is at its
 bound."""
