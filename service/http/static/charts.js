@@ -121,11 +121,26 @@ class Chart {
     this.readout.className = "readout";
     this.panels = [];
     this.hasOtherAxes = false;
+    this.isOld = false; // what it shows is no longer what it should
+    this.beside = AXIS; // CSS pixels beside a panel, as last drawn in a narrow place
   }
 
+  // Resolves once the chart is as it should be. What changes during a drawing is drawn next, all of it at once.
   draw() {
-    this.drawn = (this.drawn ?? Promise.resolve()).then(() => this.drawNow());
-    return this.drawn;
+    this.isOld = true;
+    this.drawing ??= this.drawUntilNew();
+    return this.drawing;
+  }
+
+  async drawUntilNew() {
+    try {
+      while (this.isOld) {
+        this.isOld = false;
+        await this.drawNow();
+      }
+    } finally {
+      this.drawing = undefined;
+    }
   }
 
   async drawNow() {
@@ -133,12 +148,15 @@ class Chart {
     if (room === 0) return; // it is not shown, as on paper
     let spec = this.hasOtherAxes ? withAxes(this.spec, this.spec.usermeta.log) : this.spec;
     spec = inTheme(spec);
-    if (room < NARROW) spec = within(stacked(withLegendsBelow(withShortTitles(spec, room))), room - AXIS);
+    const isNarrow = room < NARROW;
+    if (isNarrow) spec = within(stacked(withLegendsBelow(withShortTitles(spec, room))), room - this.beside);
     await this.embed(spec);
-    for (let tries = 0; tries < 3 && this.canvasWidth() > room; tries += 1) {
+    for (let tries = 0; tries < 3 && !this.isOld && this.canvasWidth() > room; tries += 1) {
       spec = within(spec, Math.max(LEAST, this.widest(spec) - (this.canvasWidth() - room) - 1));
+      if (isNarrow) this.beside = room - this.widest(spec); // fits at once in the next narrow place
       await this.embed(spec);
     }
+    if (this.isOld) return;
     this.canvas().setAttribute("role", "img");
     this.canvas().setAttribute("aria-label", spec.description ?? this.still.alt);
     this.panels = panelsOf(this.view, this.spec.usermeta.panels);
@@ -293,9 +311,11 @@ async function alive(figure) {
 const charts = [];
 const nearby = new IntersectionObserver(
   (seen) => {
-    for (const one of seen.filter((entry) => entry.isIntersecting)) {
-      nearby.unobserve(one.target);
-      alive(one.target);
+    for (const { target } of seen.filter((entry) => entry.isIntersecting)) {
+      nearby.unobserve(target);
+      const chart = charts.find((one) => one.figure === target);
+      if (chart === undefined) alive(target);
+      else chart.draw();
     }
   },
   { rootMargin: AHEAD },
@@ -308,8 +328,8 @@ function watch() {
   }
 }
 
-function redraw() {
-  for (const chart of charts) chart.draw();
+function redraw() { // those near the screen at once, the others when they come near it
+  for (const chart of charts) nearby.observe(chart.figure);
 }
 
 let width = innerWidth;

@@ -75,8 +75,7 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     keys_zoom_move_and_reset(page)
     an_axis_is_logarithmic_or_linear(page)
     the_switch_changes_the_theme_and_is_kept(page)
-    page.set_viewport_size({"width": 320, "height": 700})
-    page.wait_for_function("() => charts.length > 0 && charts.every((one) => one.canvasWidth() <= 320)")
+    changes_are_drawn_once_and_only_near_the_screen(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= 320
     page.emulate_media(media="print")
     assert page.locator(f"{CHART} > img").is_visible()
@@ -95,6 +94,41 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
         still.get_by_role("link", name="Table of Restoring force, direction x").click()
     assert still.locator("tbody tr").count() > 100
     assert "restoring force (kN)" in still.inner_text("main") or "force (kN)" in still.inner_text("main")
+
+
+def changes_are_drawn_once_and_only_near_the_screen(page: Page) -> None:
+    """A chart far from the screen waits until it comes near, and then fits."""
+    far = "figure[data-chart*=restoring-force]"
+    page.evaluate("scrollTo(0, document.body.scrollHeight)")
+    page.wait_for_function(f"() => document.querySelector('{far}').getBoundingClientRect().bottom < -350")
+    page.evaluate(COUNTED)
+    page.set_viewport_size({"width": 320, "height": 700})
+    page.wait_for_timeout(500)
+    (wide,) = page.evaluate(f"charts.filter((one) => one.figure.matches('{far}')).map((one) => one.canvasWidth())")
+    assert wide > 320
+    assert page.evaluate("!drawings.includes('Restoring force, direction x')")
+    page.locator(far).scroll_into_view_if_needed()
+    page.wait_for_function(f"() => document.querySelector('{far} canvas')?.getBoundingClientRect().width <= 320")
+    page.evaluate(
+        f"""async () => {{
+            const chart = charts.find((one) => one.figure.matches('{far}'));
+            await chart.draw();
+            drawings.length = 0;
+            await Promise.all([1, 2, 3, 4, 5].map(() => chart.draw()));
+        }}"""
+    )
+    assert page.evaluate("drawings.length") == 2, "one that was under way, and one for all that came meanwhile"
+    for number in range(page.evaluate("charts.length")):
+        page.evaluate(f"charts[{number}].figure.scrollIntoView()")
+        page.wait_for_function(f"() => charts[{number}].canvasWidth() <= 320")
+
+
+COUNTED = """() => {
+    window.drawings = [];
+    const draw = Chart.prototype.drawNow;
+    Chart.prototype.drawNow = function () { drawings.push(this.title); return draw.call(this); };
+}"""
+"""Titles of the charts that are drawn, from now on."""
 
 
 def the_pointer_shows_a_value(page: Page) -> None:
