@@ -12,6 +12,9 @@ from service.db.select import Line, Question
 from service.errors import NotFoundError
 from service.records.tables import Event
 
+PRUNED_BY = "retention.superseded_analyses"
+"""Setting by which an analysis may have gone that a later one superseded."""
+
 
 def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionResult]:
     """Results of an analysis by direction, with modes, without histories."""
@@ -81,7 +84,8 @@ def restoring_force(session: Session, event_id: int, direction: str, analysis_id
     else:
         row = session.execute(NAMED_FORCE, wanted | {"analysis": analysis_id}).one_or_none()
     if row is None:
-        raise NotFoundError("result", f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}")
+        name = f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}"
+        raise NotFoundError("result", name, None if analysis_id is None else PRUNED_BY)
     if row.stored <= len(DELETED):
         raise NotFoundError("history any more", f"analysis {row.analysis}, which a later one superseded")
     return row
@@ -148,7 +152,8 @@ def layer_motion(session: Session, event_id: int, analysis_id: int | None) -> Li
     wanted = Analysis.current if analysis_id is None else Analysis.id == analysis_id
     row = session.execute(_layer_motions().where(Event.id == event_id, wanted)).one_or_none()
     if row is None:
-        raise NotFoundError("layer motion", f"event {event_id}, analysis {analysis_id or 'latest'}")
+        name = f"event {event_id}, analysis {analysis_id or 'latest'}"
+        raise NotFoundError("layer motion", name, None if analysis_id is None else PRUNED_BY)
     return row
 
 

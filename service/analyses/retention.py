@@ -1,7 +1,7 @@
 """Retention: what the settings allow to delete, kind by kind, what keeps the rest, and the deletion in small steps.
 
-Of an analysis every number stays: peaks, modes, cycles and provenance. Its histories go, nine tenths of what it takes,
-and only those of analyses that a later one superseded. Of an original file the row stays, with day and rule.
+Of a current analysis everything stays. Of one that a later one superseded the histories go, nine tenths of what it
+takes, or by a rule of its own all of it. Of an original file the row stays, with day and rule.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,16 @@ from sqlalchemy.orm import Session, aliased, sessionmaker
 from service.access.tables import AuditEntry
 from service.alerts.tables import Alert
 from service.analyses.references import referring
-from service.analyses.tables import DELETED, Analysis, DirectionResult, LayerResult
+from service.analyses.tables import (
+    DELETED,
+    Analysis,
+    CycleResult,
+    DirectionResult,
+    LayerResult,
+    ModeResult,
+    SensorResult,
+    ShakingResult,
+)
 from service.db.sessions import reading
 from service.drift.tables import MonitoredSeries
 from service.jobs.tables import Job
@@ -139,7 +148,7 @@ def _size_of_histories() -> ColumnElement[int]:
     ) + func.coalesce(of_layer.where(LayerResult.analysis_id == Analysis.id).scalar_subquery(), 0)
 
 
-def _keeping_histories(_: Session) -> Mapping[str, ColumnElement[bool]]:
+def _keeping_analyses(_: Session) -> Mapping[str, ColumnElement[bool]]:
     return {"a comparison of a model refers to it": exists().where(ModelComparison.analysis_id == Analysis.id)}
 
 
@@ -150,6 +159,31 @@ def _delete_histories(session: Session, numbers: Sequence[int], _: datetime) -> 
             update(table).where(table.analysis_id.in_(numbers)).values(values),
             execution_options={"synchronize_session": False},
         )
+
+
+def _superseded(before: datetime) -> ColumnElement[bool]:
+    return and_(Analysis.created_at < before, ~Analysis.current)
+
+
+def _size_of_analyses() -> ColumnElement[int]:
+    """Bytes of the histories and of the rows."""
+    of_directions = select(func.count() * ROW).where(DirectionResult.analysis_id == Analysis.id)
+    own_result = (DirectionResult.id == CycleResult.result_id, DirectionResult.analysis_id == Analysis.id)
+    of_cycles = select(func.count(CycleResult.id) * ROW).where(*own_result)
+    return _size_of_histories() + of_directions.scalar_subquery() + of_cycles.scalar_subquery() + ROW
+
+
+def _delete_analyses(session: Session, numbers: Sequence[int], _: datetime) -> None:
+    directions = select(DirectionResult.id).where(DirectionResult.analysis_id.in_(numbers))
+    for statement in (
+        *(delete(table).where(table.result_id.in_(directions)) for table in (ModeResult, CycleResult)),
+        *(
+            delete(table).where(table.analysis_id.in_(numbers))
+            for table in (DirectionResult, LayerResult, SensorResult, ShakingResult)
+        ),
+        delete(Analysis).where(Analysis.id.in_(numbers)),
+    ):
+        session.execute(statement, execution_options={"synchronize_session": False})
 
 
 def _files(before: datetime) -> ColumnElement[bool]:
@@ -259,8 +293,17 @@ RULES: Sequence[Rule] = (
         Analysis.__table__.c.id,
         _size_of_histories(),
         _histories,
-        _keeping_histories,
+        _keeping_analyses,
         _delete_histories,
+    ),
+    Rule(
+        "superseded analyses",
+        "retention.superseded_analyses",
+        Analysis.__table__.c.id,
+        _size_of_analyses(),
+        _superseded,
+        _keeping_analyses,
+        _delete_analyses,
     ),
     Rule(
         "original files",

@@ -286,6 +286,11 @@ class Retention(Group):
         description="s after which 'menshin prune' deletes the histories of an analysis that a later one superseded; "
         "none: they are kept",
     )
+    superseded_analyses: Annotated[float, Field(ge=86_400)] | None = Field(
+        default=None,
+        description="s after which 'menshin prune' deletes an analysis that a later one superseded, with all its "
+        "numbers; none: they are kept",
+    )
     original_files: Annotated[float, Field(ge=86_400)] | None = Field(
         default=None,
         description="s after their arrival after which 'menshin prune' deletes original files that were read; none: "

@@ -22,6 +22,7 @@ from service.settings import Settings
 NOW = stored_histories.start(40)
 DAY = timedelta(days=1)
 KEEPS, PRUNES = Settings(), Settings(retention={"superseded_histories": 3600})
+WHOLE = Settings(retention={"superseded_analyses": 86_400})
 
 
 @pytest.fixture
@@ -91,6 +92,27 @@ def test_histories_across_directions_go_with_the_others(sessions: sessionmaker[S
 
 
 @pytest.mark.usefixtures("analysed_twice")
+def test_superseded_analyses_go_with_all_their_rows(sessions: sessionmaker[Session]) -> None:
+    with sessions() as session:
+        superseded = session.scalars(select(Analysis).where(~Analysis.current)).one()
+        event, current = superseded.event_id, set(session.scalars(select(Analysis.id).where(Analysis.current)))
+        cycles = session.query(CycleResult).count()
+        own = sum(len(one.cycles) for one in superseded.directions)
+        assert own > 0
+    assert of("superseded", retention.prune(sessions, WHOLE, NOW + 0.5 * DAY)).rows == 0
+    gone = of("superseded", retention.prune(sessions, WHOLE, NOW + 2.5 * DAY))
+    assert gone.rows == 1
+    assert gone.size > 0
+    with sessions() as session:
+        assert set(session.scalars(select(Analysis.id))) == current
+        assert session.query(CycleResult).count() == cycles - own
+        assert set(session.scalars(select(DirectionResult.analysis_id))) == current
+        assert queries.restoring_force(session, event, "x", None).length == 4
+        with pytest.raises(NotFoundError, match=r"retention\.superseded_analyses is set"):
+            queries.restoring_force(session, event, "x", superseded.id)
+
+
+@pytest.mark.usefixtures("analysed_twice")
 def test_histories_that_a_comparison_refers_to_stay(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         superseded = session.scalars(select(Analysis).where(~Analysis.current)).one()
@@ -104,7 +126,9 @@ def test_histories_that_a_comparison_refers_to_stay(sessions: sessionmaker[Sessi
     assert pruned(sessions, PRUNES, NOW + 2 * DAY).rows == 0
     with sessions() as session:
         kept = of("histories", retention.prunable(session, PRUNES, NOW + 2 * DAY)).kept
-    assert kept == {"a comparison of a model refers to it": 1}
+        of_analyses = of("superseded", retention.prunable(session, WHOLE, NOW + 2 * DAY))
+    assert kept == of_analyses.kept == {"a comparison of a model refers to it": 1}
+    assert of_analyses.rows == 0
     assert forces(sessions) == {False: [4], True: [4, 4]}
 
 
