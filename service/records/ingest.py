@@ -78,7 +78,7 @@ def begin(session: Session, recording: Recording, *, settings: Settings) -> bool
 
 
 def not_begun(recording: Recording) -> None:
-    """Take back an attempt at a recording whose bytes could not be fetched: it was none."""
+    """Take back an attempt at a recording that failed for no reason of its own, such as a database that went away."""
     recording.failures = max(recording.failures - 1, 0)
 
 

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from time import monotonic, sleep
 from typing import Any
@@ -88,6 +88,8 @@ class SourcePoller:
     """Called between two steps: True ends the poll, and the next one continues there."""
     follow: Callable[[Building, BuildingFile, SourceFile], None] = lambda building, described, source: None
     """Called where the source is a live stream, which brings its packets by itself."""
+    interrupted: set[int] = field(default_factory=set)
+    """Recordings whose reading was interrupted by the database, which is no failure of theirs."""
 
     def poll_all(self) -> None:
         """Poll every building's source once."""
@@ -206,11 +208,16 @@ class SourcePoller:
         failed: list[int] = []
         while (recording := self._next_stored(building, failed)) is not None:
             with self.sessions.begin() as session:
-                if not begin(session, session.get_one(Recording, recording.id), settings=self.settings):
+                row = session.get_one(Recording, recording.id)
+                if recording.id in self.interrupted:
+                    not_begun(row)
+                if not begin(session, row, settings=self.settings):
                     continue
+            self.interrupted.discard(recording.id)
             try:
                 self._read_one(recording)
             except (OperationalError, InterfaceError):  # the database is away
+                self.interrupted.add(recording.id)
                 raise
             except StoreAwayError:
                 with self.sessions.begin() as session:

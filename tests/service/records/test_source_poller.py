@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from monitoring_server import START, Page, Server, building_file, miniseed, monitoring_server, stream
 from sqlalchemy import delete, event, select, update
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.buildings import store as building_store
@@ -216,6 +217,31 @@ def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_othe
             assert given_up.failures == min(looks, hasty.jobs.attempts)
             assert given_up.state == ("stored" if looks < hasty.jobs.attempts else "refused")
             assert (given_up.reason or "").startswith("long takes more than 0.3 s to be read")
+
+
+def test_a_database_that_goes_away_while_a_file_is_read_is_no_failure_of_the_file(
+    sessions: sessionmaker[Session],
+) -> None:
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", kept(miniseed(stream())), NOW)
+    poller = SourcePoller(sessions, SETTINGS, clock=lambda: NOW)
+
+    def away(_: object, __: object, statement: str, *___: object) -> None:
+        if statement.startswith("INSERT INTO waveform"):
+            raise OperationalError(statement, {}, ConnectionError("the server closed the connection"))
+
+    event.listen(sessions.kw["bind"], "before_cursor_execute", away)
+    for _ in range(SETTINGS.jobs.attempts + 2):
+        with pytest.raises(OperationalError):
+            poller.poll_all()
+        with sessions() as session:
+            assert session.scalars(select(Recording.failures)).one() == 1
+    event.remove(sessions.kw["bind"], "before_cursor_execute", away)
+    poller.poll_all()
+    with sessions() as session:
+        recording = session.scalars(select(Recording)).one()
+        assert (recording.state, recording.failures) == ("read", 0)
 
 
 def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions: sessionmaker[Session]) -> None:
