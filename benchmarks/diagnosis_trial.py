@@ -76,20 +76,24 @@ class Row:
 
 def row(case: str, seed: int) -> Row:
     """The trial of that case and seed, diagnosed."""
-    made = replace(trial(case.removesuffix(WEAK), seed), case=case)
+    return row_of(replace(trial(case.removesuffix(WEAK), seed), case=case))
+
+
+def row_of(made: Trial) -> Row:
+    """A trial, diagnosed."""
     analyses = [analysed(event, made) for event in made.events]
     seen = corrected_copy(_earthquakes(made, analyses))
     if not seen.fitted:
         return _of_sensors_alone(made, seen)
     begun = process_time()
-    looked_at: tuple[Direction, ...] = HORIZONTAL if case in ONE_DIRECTION else ("x",)
+    looked_at: tuple[Direction, ...] = HORIZONTAL if made.case in ONE_DIRECTION else ("x",)
     result = diagnose(first_model(made.description).isolator, seen, directions=looked_at)
     seconds = process_time() - begun
     found = result.diagnosis
     new = _along_x(analyses[-1], made)  # as recorded: a correction may shift its samples against the exact ones
     return Row(
-        case,
-        seed,
+        made.case,
+        made.seed,
         made.noise.level,
         made.misfit,
         made.effects,

@@ -16,8 +16,8 @@ from core.units import shown, unit
 MOTION = ("u", "v", "u_cross", "v_cross")
 """m and m/s, across the isolator in the direction of the force, and in the other horizontal one."""
 
-CONDITIONS = ("axial_load", "temperature", "time")
-"""Vertical force / weight at rest; °C; s since the model's reference instant."""
+CONDITIONS = ("axial_load", "temperature", "time", "ground")
+"""Vertical force / weight at rest; °C; s since the model's reference instant; m/s², acceleration of the ground."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,6 +37,8 @@ INSTANTS = (0.2, 0.4, 0.6, 0.8)
 """Shares of the layer's travel in an earthquake at which a property may have changed. A choice."""
 CROSS = ("u_cross", "v_cross")
 """Motion in the other direction, as laws name it."""
+OFTEN_LACKING = (*CROSS, "ground")
+"""Inputs of laws that records often lack: they are zero then."""
 YIELDING = ("yielding", "sliding")
 """Kinds of forces that yield after an elastic length."""
 LONGEST_SLIP = 1.5e-3
@@ -101,7 +103,12 @@ def yields_beside(effect: str) -> bool:
 
 
 def unusual_length(effect: str, model: Isolator) -> Parameter | None:
-    """Length of a slip that is rather a damper's, or of a damper that is rather a slip; None if it is usual."""
+    """Length of a slip that is rather a damper's, or of a damper that is rather a slip; None if it is usual.
+
+    A law with more memory than its force, as of steel, is no slider whatever its length.
+    """
+    if len(EFFECTS[effect].states) > 1:
+        return None
     lengths = [one for one in EFFECTS[effect].parameters if one.unit == "m"] if yields_beside(effect) else []
     slides, values = EFFECTS[effect].kind == "sliding", model.effects[effect]
     return next((one for one in lengths if (values[one.name] > LONGEST_SLIP) == slides), None)
@@ -114,10 +121,10 @@ def _lengths(one: ScoreTest) -> list[float]:
 
 
 def is_excited(effect: str, observations: Sequence[Observation]) -> bool:
-    """False for an effect of motion in the other direction of which there is none in the records."""
+    """False for an effect of motion that no record has: in the other direction, or of the ground."""
     conditions = [one.conditions for one in observations]
-    across = [getattr(one, name) for name in CROSS if name in EFFECTS[effect].needs for one in conditions]
-    return not across or any(series.any() for series in across)
+    needed = [getattr(one, name) for name in OFTEN_LACKING if name in EFFECTS[effect].needs for one in conditions]
+    return not needed or any(series.any() for series in needed)
 
 
 def _is_one_sided(effect: str) -> tuple[bool, ...]:

@@ -12,7 +12,15 @@ from dataclasses import dataclass
 from enum import Enum
 
 from core.diagnosis.effect_search import Step, best_step, is_off, searched, unreported
-from core.diagnosis.naming import NEARLY, are_of_one_kind, earning, looked_like_two, with_near, with_plausible
+from core.diagnosis.naming import (
+    FEW_RATIOS,
+    NEARLY,
+    are_of_one_kind,
+    earning,
+    looked_like_two,
+    with_near,
+    with_plausible,
+)
 from core.diagnosis.ranking import Dropped, Ranking, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
 from core.diagnosis.worth import Judge, NoiseRatios, Worth, worth
@@ -29,9 +37,6 @@ on even seeds of benchmarks.diagnosis."""
 MOST_UNEXPLAINED = 0.5
 """Share of the excess error that the library's effects leave, from which on the cause is unknown. Chosen on even seeds
 of benchmarks.diagnosis."""
-FEW_RATIOS = 3.0
-"""Noise ratio from which on what an effect leaves shows another law than its own. Chosen on 35 trials of
-benchmarks.diagnosis with seed 0."""
 
 
 class Outcome(Enum):
@@ -141,7 +146,7 @@ def diagnosed(
     judge = Judge.of(observations, held_out)
     steps, idle, last = earning(by_noise, judge, steps, last, rank)
     best = best_step(first)
-    is_one_law = best is not None and looked_like_two(best, steps, idle)
+    is_one_law = best is not None and looked_like_two(best, steps, idle, last)
     if best is not None and is_one_law:
         others = [one for one in (*steps, *idle) if one.chosen.effect != best.chosen.effect]
         steps, more, last = earning(by_noise, judge, [best], rank(best.chosen.fit.model), rank)
@@ -150,7 +155,7 @@ def diagnosed(
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
     if len(steps) == 1 and (left.is_there or is_one_law):
         steps = [with_near(steps[0])]
-    steps = [with_plausible(one, last.base, judge, rank) for one in steps]
+    steps = [with_plausible(one, last.base, judge, rank, is_all=not left.is_there) for one in steps]
     after = judge.noise_ratios(last.base.model)
     outcome = _outcome(steps, before, left, after.held_out or 0.0, is_supported=bool(first.supported))
     if outcome is Outcome.NOTHING_MISSING and is_off(first, first.base, model):

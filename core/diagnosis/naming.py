@@ -17,6 +17,7 @@ from core.diagnosis.effect_search import (
 )
 from core.diagnosis.plausibility import ends, objection
 from core.diagnosis.ranking import DECISIVE, Ranking, ScoredCandidate
+from core.diagnosis.unexplained import ABOVE_FLOOR
 from core.diagnosis.worth import Judge, excess, worth
 from core.effect import RESULTS
 from core.effects import EFFECTS
@@ -29,6 +30,9 @@ from core.model.isolator import Isolator
 NEARLY = 0.9
 """Share of the excess error from which on a law is at least of the same kind as the true one. Where a law leaves
 something, all that take this share may be meant. Chosen on 35 trials of benchmarks.diagnosis with seed 0."""
+FEW_RATIOS = 3.0
+"""Noise ratio from which on what an effect leaves shows another law than its own. Chosen on 35 trials of
+benchmarks.diagnosis with seed 0."""
 HOPEFUL = 0.5
 """Share of the excess error from which on the search for such an effect goes on to its end. A choice, for its time."""
 
@@ -77,14 +81,21 @@ def _refitted(by_noise: FitData, effects: Mapping[str, Mapping[str, float]]) -> 
     return error(whole.data, whole.fit), whole.fit.model
 
 
-def looked_like_two(best: Step, steps: Sequence[Step], idle: Sequence[Step]) -> bool:
+def looked_like_two(best: Step, steps: Sequence[Step], idle: Sequence[Step], last: Ranking) -> bool:
     """True if one law of another form than the library's looked like two.
 
-    Of two steps, one earned no name and the other is not the nearest law; or the nearest law takes nearly all by
-    itself, and the others are forces of its family or take nearly all by themselves too.
+    Of two steps, one earned no name, and the other is not the nearest law and leaves as much; or the nearest law takes
+    nearly all by itself, and the others are forces of its family or take nearly all by themselves too.
+
+    Args:
+        best: with the nearest law.
+        steps: those that earned a name.
+        idle: the others.
+        last: of the model with all that earned a name.
     """
     if len(steps) == 1:
-        return bool(idle) and best.chosen.effect != steps[0].chosen.effect
+        left, nearest = last.noise_ratio(last.base), best.ranking.noise_ratio(best.chosen.fit)
+        return bool(idle) and best.chosen.effect != steps[0].chosen.effect and nearest <= max(left, ABOVE_FLOOR)
     ranking = best.ranking
     most = (1 - NEARLY) * _excess(ranking, ranking.base)
     near = {one.effect for one in (best.chosen, *ranking.candidates) if _excess(ranking, one.fit) < most}
@@ -115,16 +126,17 @@ def with_near(step: Step) -> Step:
     return _also(step, ranking, lambda one: _excess(ranking, one.fit) < most and not _is_impossible(one, ranking))
 
 
-def with_plausible(step: Step, final: Fit, judge: Judge, rank: Rank) -> Step:
+def with_plausible(step: Step, final: Fit, judge: Judge, rank: Rank, *, is_all: bool) -> Step:
     """The step, and if a value of its effect is at the end of its range, all effects against which nothing speaks and
     which would earn a name in its place: such a law may imitate another one, as a damper of a small power does sharp
-    yield.
+    yield. Where the step leaves noise alone, an effect that leaves more than FEW_RATIOS cannot be meant.
 
     Args:
         step: of the model's effects.
         final: of the model with all effects that were added.
         judge: of the names.
         rank: of the effects in the step's place.
+        is_all: True if nothing but noise is left with all effects that were added.
     """
     if not any(ends(step.chosen.effect, final)):
         return step
@@ -134,6 +146,8 @@ def with_plausible(step: Step, final: Fit, judge: Judge, rank: Rank) -> Step:
     before, observations = judge.noise_ratios(ranking.base.model), ranking.data.observations
 
     def may_be_meant(one: ScoredCandidate) -> bool:
+        if is_all and ranking.noise_ratio(one.fit) > FEW_RATIOS:
+            return False
         is_plausible = objection(one.effect, one.fit, observations) is None
         return is_plausible and worth(before, judge.noise_ratios(one.fit.model)).earns_a_name
 

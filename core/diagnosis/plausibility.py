@@ -76,7 +76,10 @@ def ends(effect: str, fit: Fit) -> Iterator[str]:
 def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iterator[str]:
     values, about = fit.model.effects[effect], EFFECTS[effect]
     if not is_excited(effect, observations):
-        yield "it depends on motion in the other direction, which no record has"
+        if "ground" in about.needs:
+            yield "it depends on the acceleration of the ground, which no record has"
+        else:
+            yield "it depends on motion in the other direction, which no record has"
     yield from ends(effect, fit)
     length = unusual_length(effect, fit.model)
     if length is not None:

@@ -159,7 +159,7 @@ def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: I
     simple = [name for name in effects if name in own or not EFFECTS[name].special]
     seen, fits = _searched(data, base, simple, known)
     if not _explains(data, base, fits, floor):
-        more, their_fits = _searched(data, base, [name for name in effects if name not in simple])
+        more, their_fits = _searched(data, base, [name for name in effects if name not in simple], is_last=True)
         seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
@@ -186,14 +186,20 @@ def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: I
 
 
 def _searched(
-    data: FitData, base: Fit, effects: Sequence[str], known: Isolator | None = None
+    data: FitData, base: Fit, effects: Sequence[str], known: Isolator | None = None, *, is_last: bool = False
 ) -> tuple[tuple[tuple[ScoreTest, ...], ...], dict[str, Fit]]:
-    """Best places of every effect, and the fits of the promising ones."""
+    """Best places of every effect, and the fits of the promising ones.
+
+    In the last search also those of forces that yield beside the damper: a damper that was fitted without one has
+    taken on a part of it, so that its score test may promise little of what it explains.
+    """
     seen = score_tests(data, base, effects)
     if known is not None:
         seen = _from_known(seen, base, known)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
+    if is_last:
+        promising += [places for places in seen if yields_beside(places[0].effect) and places not in promising]
     models = {places[0].effect: [place.model for place in places] for places in promising}
     fits = search_in_parallel(data, models, [effect for effect in models if yields_beside(effect)])
     return seen, dict(fits)

@@ -1,6 +1,7 @@
-"""Mass on its own spring, driven by the motion of the layer: a tuned mass, den Hartog (1956).
+"""Oscillator driven by the motion of the slab relative to the ground: an inerter in series with a spring and a dashpot.
 
-It is driven by the motion of the slab relative to the ground; its force is the inertia of its mass.
+After Lazar, Neild and Wagg (2014). Its force is the inertance times its acceleration relative to the ground; the
+ground's own acceleration does not act on it, as it does on a `tuned_mass`.
 """
 
 from core.effect import Effect, LogNormal, Parameter
@@ -29,5 +30,5 @@ EFFECT = Effect(
     family="inertia",
     explanation="A mass of {mass} oscillates at {frequency}, with a damping ratio of {damping:.3f}.",
     suspect_when="The residual keeps oscillating at one frequency, also after the strong motion.",
-    source="den Hartog (1956): dynamic vibration absorber",
+    source="Lazar, Neild & Wagg (2014): tuned inerter damper",
 )

@@ -20,7 +20,7 @@ from core.model.force_response import Excitation, excitation
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.sensors.layer_agreement import transducer_reading
-from core.signals.conditioning import band_passed
+from core.signals.conditioning import band_passed, without_baseline
 from core.tables import report
 from core.units import quantity
 
@@ -125,6 +125,7 @@ class Observation:
             axial_load=np.ones(count) if vertical is None else _load(force, vertical),
             temperature=np.full(count, float(temperature)),
             time=np.arange(count) / rate + later,
+            ground=_shaking(None if ground is None else beside(force, "ground", ground), count, rate),
         )
         levels = tuple(channel.level for channel in force.record.channels)
         return cls(
@@ -190,6 +191,9 @@ def observations(
                 axial_load=np.ones(time.size) if load is None else load.ratio,
                 temperature=np.full(time.size, USUAL_TEMPERATURE if temperature is None else temperature),
                 time=time,
+                ground=_shaking(
+                    record.find(description.ground.name, "acceleration", direction), time.size, record.rate
+                ),
             ),
             ground_acceleration=record.find(description.ground.name, "acceleration", direction),
             accelerations=np.array([samples for _, samples in _measured(record, description, direction)]),
@@ -209,6 +213,11 @@ def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
         for direction, analysed in analysis.directions.items()
         if analysed.motion is not None
     }
+
+
+def _shaking(ground: Vector | None, count: int, rate: float) -> Vector:
+    """(n,) m/s², acceleration of the ground from rest; 0 where it was not measured."""
+    return np.zeros(count) if ground is None else without_baseline(ground, rate)
 
 
 def _load(force: ForceHistory, vertical: ArrayLike) -> Vector:

@@ -252,6 +252,7 @@ class Forecaster:
             axial_load=1 + load / GRAVITY,
             temperature=np.full(count, self.temperature(setting)),
             time=(begun - self.reference).total_seconds() + np.arange(count) / motion.rate,
+            ground=np.zeros(count),
         )
 
     def temperature(self, setting: Setting) -> float:

@@ -41,12 +41,12 @@ choice."""
 
 
 def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    force, inertance = program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], opcode, at_p, at_x, p, x, dx)
+    force, inertance = program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], opcode, at_p, at_x, p, x, dx)
     return force, inertance, 0.0, 0.0
 
 
 def _tangent_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    return program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], opcode, at_p, at_x, p, change_of_p, behind, x, dx)
+    return program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], opcode, at_p, at_x, p, change_of_p, behind, x, dx)
 
 
 def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states, columns, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202

@@ -25,7 +25,7 @@ class Excitation:
     """Prescribed motion and conditions, interpolated by the cubic splines of Catmull and Rom (1974)."""
 
     samples: Matrix
-    """(n + 3, 7) u, v and the conditions' rows, from one before the first sample to two after the last."""
+    """(n + 3, 8) u, v and the conditions' rows, from one before the first sample to two after the last."""
     acceleration: Vector
     """(n,) m/s², of the layer."""
     weights: Matrix
@@ -212,8 +212,8 @@ def excitation(
 
 
 def _extrapolated(displacement: Vector, velocity: Vector, given: Conditions) -> Matrix:
-    """(n + 3, 7) motion and conditions, extrapolated linearly by one sample at the start and by two at the end."""
-    samples = np.empty((displacement.size + 3, 7))
+    """(n + 3, 8) motion and conditions, extrapolated linearly by one sample at the start and by two at the end."""
+    samples = np.empty((displacement.size + 3, 8))
     samples[1:-2, 0], samples[1:-2, 1], samples[1:-2, 2:] = displacement, velocity, given.rows
     samples[0] = 2 * samples[1] - samples[2]
     samples[-2:] = 2 * samples[-3] - samples[-4]

@@ -84,6 +84,8 @@ class Conditions:
     """(n,) °C."""
     time: Vector
     """(n,) s since the model's reference instant."""
+    ground: Vector
+    """(n,) m/s², acceleration of the ground in the direction of the force; 0 where it was not measured."""
 
     def __post_init__(self) -> None:
         shapes = {field.name: getattr(self, field.name).shape for field in fields(self)}
@@ -92,18 +94,19 @@ class Conditions:
 
     @classmethod
     def usual(cls, count: int, rate: float) -> "Conditions":
-        """Motion in one direction only, dead load, 20 °C, starting at the reference instant.
+        """Motion in one direction only, dead load, 20 °C, from the reference instant, ground that is not accelerated.
 
         Args:
             count: number of samples.
             rate: Hz.
         """
         zero, one = np.zeros(count), np.ones(count)
-        return cls(u_cross=zero, v_cross=zero, axial_load=one, temperature=20 * one, time=np.arange(count) / rate)
+        time = np.arange(count) / rate
+        return cls(u_cross=zero, v_cross=zero, axial_load=one, temperature=20 * one, time=time, ground=zero)
 
     @property
     def rows(self) -> Matrix:
-        """(n, 5) in the order of the fields, as the force program reads them."""
+        """(n, 6) in the order of the fields, as the force program reads them."""
         return np.column_stack([getattr(self, field.name) for field in fields(self)])
 
 

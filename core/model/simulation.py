@@ -7,7 +7,7 @@ directions as a variable it was 1.31 times.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil
 from typing import Any
@@ -40,7 +40,8 @@ class Axis:
     ground_acceleration: Vector
     """(n,) m/s², linear between samples."""
     conditions: Conditions
-    """Conditions of the layer; the motion across is ignored where that direction is computed too."""
+    """Conditions of the layer; the ground's acceleration is the axis' own, and the motion across is ignored where that
+    direction is computed too."""
     states: Vector | None = None
     """(m,) states of the layer at the first sample, in the order of core.model.isolator.state_names; None for zero."""
 
@@ -123,7 +124,7 @@ def respond(
         np.array([[0.0, *load] for load in loads]),
         np.array([[0.0, *one.modes.angular_frequency**2] for one in axes]),
         np.array([[0.0, *(2 * one.modes.damping_ratio * one.modes.angular_frequency)] for one in axes]),
-        np.stack([np.column_stack([one.ground_acceleration, one.conditions.rows]) for one in axes], axis=1),
+        np.stack([replace(one.conditions, ground=one.ground_acceleration).rows for one in axes], axis=1),
         1 / rate,
         substeps or max(_substeps(one.modes, load, base_mass, rate) for one, load in zip(axes, loads, strict=True)),
         model.opcode,
@@ -196,9 +197,22 @@ def _rates(y, dy, at, given, n, base_mass, load, squared, damping, a, opcode, at
     """
     to_v = at + n
     force, inertance = layer_force(
-        y[at], y[to_v], given[a, 1], given[a, 2], given[a, 3], given[a, 4], given[a, 5], opcode, at_p, at_x, p, y, dy
+        y[at],
+        y[to_v],
+        given[a, 0],
+        given[a, 1],
+        given[a, 2],
+        given[a, 3],
+        given[a, 4],
+        given[a, 5],
+        opcode,
+        at_p,
+        at_x,
+        p,
+        y,
+        dy,
     )
-    x, v, ground, below = y[at], y[to_v], given[a, 0], force
+    x, v, ground, below = y[at], y[to_v], given[a, 5], force
     for i in range(1, n):
         pull = squared[a, i] * (y[at + i] - load[a, i] * x) + damping[a, i] * (y[to_v + i] - load[a, i] * v)
         dy[at + i] = y[to_v + i]
@@ -236,7 +250,7 @@ def _integrate(base_mass, load, squared, damping, given, dt, substeps, opcode, a
                 for j in range(y.size):
                     stage[j] = y[j] + ahead[k] * dy[j]
                 if AXES == 2:  # the layer has the computed motion of both directions
-                    now[0, 1], now[0, 2], now[1, 1], now[1, 2] = stage[size], stage[size + n], stage[0], stage[n]
+                    now[0, 0], now[0, 1], now[1, 0], now[1, 1] = stage[size], stage[size + n], stage[0], stage[n]
                 for a in range(AXES):
                     at = a * size
                     f = rates(stage, dy, at, now, n, base_mass, load, squared, damping, a, opcode, at_p, at_xs[a], p)

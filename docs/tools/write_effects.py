@@ -20,9 +20,10 @@ OPENING = """\
 set of effects, each with values for its parameters. All quantities are in SI units.
 
 An effect's law is a function of the motion (`u` m, `v` m/s, `u_cross` and `v_cross` in the other horizontal direction),
-of conditions (`axial_load` as a multiple of the dead load, `temperature` °C, `time` s), of the effect's states and
-parameters, and of the channels that other effects set. It returns the contribution to the channel that the effect acts
-on, then the rate of each state. Effects of one family leave similar traces in records.
+of conditions (`axial_load` as a multiple of the dead load, `temperature` °C, `time` s, `ground` for the acceleration of
+the ground in m/s²), of the effect's states and parameters, and of the channels that other effects set. It returns the
+contribution to the channel that the effect acts on, then the rate of each state. Effects of one family leave similar
+traces in records.
 
 {channels}
 

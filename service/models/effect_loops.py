@@ -91,7 +91,8 @@ def loops(name: str, values: Mapping[str, float], amplitude: float) -> dict[str,
     moved, across = _swelling(time, amplitude, 0.0), _swelling(time, 0.6 * amplitude, 1.0)
     velocity, velocity_across = (np.gradient(one, 1 / RATE) for one in (moved, across))
     load = 1 + 0.2 * np.sin(4 * TURN * time)
-    conditions = Conditions(across, velocity_across, load, np.zeros(time.size), time)
+    ground = np.gradient(_swelling(time, 0.5 * TURN * amplitude, 2.0), 1 / RATE)
+    conditions = Conditions(across, velocity_across, load, np.zeros(time.size), time, ground)
     own = process_effects()
     with only(own if name in own else {*LAYER, name}):  # the program of the process is compiled, and few compile fast
         found = {

@@ -73,7 +73,10 @@ def test_a_motion_the_other_way_round_has_the_opposite_force(name: str) -> None:
     given, model = excitation(RATE, SECONDS), {**required_effects(name), name: usual_values(name)}
     there = given.conditions
     turned = Excitation(
-        RATE, -given.displacement, -given.velocity, replace(there, u_cross=-there.u_cross, v_cross=-there.v_cross)
+        RATE,
+        -given.displacement,
+        -given.velocity,
+        replace(there, u_cross=-there.u_cross, v_cross=-there.v_cross, ground=-there.ground),
     )
     forth, back = layer_force(model, given), layer_force(model, turned)
     assert (abs(forth + back).max() < 1e-9 * abs(forth).max()) == (name not in EVEN)
@@ -100,6 +103,7 @@ def test_a_change_of_units_changes_the_force_by_its_own(name: str) -> None:
             there.axial_load,
             there.temperature,
             there.time * time,
+            there.ground * length / time**2,
         ),
     )
     expected = force * layer_force(model, given)

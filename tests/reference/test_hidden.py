@@ -109,17 +109,22 @@ RUBBER: Mapping[str, Callable[[Mapping[str, float]], Mapping[str, float]]] = {
     "strength_growth": lambda p: {"u_H": p["at"] / p["growth"] ** 0.5},
     "stress_relaxation": lambda p: {"rate": p["rate"]},
     "sharp_hysteresis": lambda p: {"F_p": p["force"], "D_p": p["length"], "n_p": p["sharpness"]},
+    "steel_hysteresis": lambda p: {"F_m": p["force"], "D_m": p["length"], "R_0": p["sharpness"]},
+    "flag_shape": lambda p: p,
 }
-"""The product's values of its effects of high-damping rubber and of sharp yield, from the hidden laws'."""
+"""The product's values of its effects of high-damping rubber and of corners, from the hidden laws'."""
 
 
 @pytest.mark.parametrize("name", RUBBER)
-def test_rubber_and_sharp_yield_are_the_products(name: str) -> None:
-    """The product's largest displacements catch up within milliseconds: up to 1e-4. The effects are 6e-3 and more."""
+def test_rubber_and_corners_are_the_products(name: str) -> None:
+    """The product's largest displacements catch up within milliseconds: up to 1e-4. The effects are 6e-3 and more.
+
+    Its flag reaches both of its corners in each cycle within milliseconds: 1e-4 of the displacement.
+    """
     law, values = drawn(name)
     ours, theirs = by_both(((law, values),), {name: RUBBER[name](values)})
     assert distance(ours.force[0], theirs.force) < 2e-4
-    assert distance(ours.displacement[0], theirs.isolator_displacement) < 5e-5
+    assert distance(ours.displacement[0], theirs.isolator_displacement) < (1.5e-4 if name == "flag_shape" else 5e-5)
 
 
 @pytest.mark.parametrize("name", ["yielding", "friction", "moat", "maxwell", "resonator_on_slab", "heating"])

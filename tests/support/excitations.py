@@ -48,10 +48,18 @@ def swelling_motion(
 
 
 def varying_conditions(t: Vector | float, seconds: float, amplitude: float) -> dict[str, Vector | float]:
-    """The other direction in another phase, the vertical load by ± 20 %, and a thaw from 5 to 35 °C."""
+    """The other direction in another phase, the vertical load by ± 20 %, a thaw from 5 to 35 °C, and shaking ground."""
     u_cross, v_cross = swelling_motion(t, seconds, 0.6 * amplitude, phase=1.0)
     load, temperature = 1 + 0.2 * np.sin(4 * TURN * t), 20.0 - 15.0 * np.cos(np.pi * t / seconds)
-    return {"u_cross": u_cross, "v_cross": v_cross, "axial_load": load, "temperature": temperature, "time": t}
+    ground = 2.0 * np.sin(np.pi * t / seconds) ** 2 * np.sin(1.7 * TURN * t)
+    return {
+        "u_cross": u_cross,
+        "v_cross": v_cross,
+        "axial_load": load,
+        "temperature": temperature,
+        "time": t,
+        "ground": ground,
+    }
 
 
 def equal_cycles(rate: float, count: int, amplitude: float = 0.25) -> Excitation:

@@ -69,6 +69,7 @@ def _observation(
         axial_load=1 + 0.1 * rng.standard_normal(u.size),
         temperature=np.full(u.size, 10.0 + 10.0 * number),
         time=(start - REFERENCE).total_seconds() + np.arange(u.size) / RATE,
+        ground=np.zeros(u.size),
     )
     answer = force_response(truth, u, v, RATE, conditions=conditions, states=states)
     force = answer.force

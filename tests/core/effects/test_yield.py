@@ -81,7 +81,7 @@ def test_motion_in_both_directions_leaves_each_less_than_all_the_strength() -> N
     one = equal_cycles(200.0, count=2, amplitude=0.05)
     ramp = 0.2 * np.arange(400) / 200.0
     fast = np.full(400, 0.2)
-    both = Conditions(ramp, fast, np.ones(400), np.full(400, 20.0), one.conditions.time[:400])
+    both = Conditions(ramp, fast, np.ones(400), np.full(400, 20.0), one.conditions.time[:400], np.zeros(400))
     model = {**YIELD, "biaxial": {"joined": 1.0, "D_cross": YIELD["bouc_wen"]["D_y"]}}
     force = layer_force(model, Excitation(200.0, ramp, fast, both))
     assert force[-1] == pytest.approx((np.sqrt(5) - 1) / 2, rel=1e-6)

@@ -32,13 +32,13 @@ def test_monotonic_loading_follows_the_exact_solution() -> None:
 
 
 def test_usual_conditions_are_dead_load_and_20_degrees() -> None:
-    assert Conditions.usual(3, 100.0).rows.tolist() == [[0.0, 0.0, 1.0, 20.0, time] for time in (0.0, 0.01, 0.02)]
+    assert Conditions.usual(3, 100.0).rows.tolist() == [[0.0, 0.0, 1.0, 20.0, time, 0.0] for time in (0.0, 0.01, 0.02)]
 
 
 def test_conditions_of_two_lengths_are_refused() -> None:
     zero = np.zeros(3)
     with pytest.raises(ModelError, match=r"conditions must be alike vectors, got .*'time': \(4,\)"):
-        Conditions(zero, zero, zero, zero, np.zeros(4))
+        Conditions(zero, zero, zero, zero, np.zeros(4), zero)
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_the_layers_force_is_the_inertia_of_all_levels() -> None:
 
 def test_conditions_reach_the_laws_and_change_nothing_that_does_not_ask_for_them() -> None:
     motion = ground(10.0)
-    hot = Conditions(*(np.full(motion.size, value) for value in (0.1, 0.2, 1.5, 40.0, 1e7)))
+    hot = Conditions(*(np.full(motion.size, value) for value in (0.1, 0.2, 1.5, 40.0, 1e7, 3.0)))
     plain = simulate(paper.BUILDING, paper.ISOLATOR, motion, RATE)
     assert (simulate(paper.BUILDING, paper.ISOLATOR, motion, RATE, conditions=hot).force == plain.force).all()
     with pytest.raises(RecordError, match="conditions are given for 7 samples"):

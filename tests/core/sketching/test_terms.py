@@ -32,6 +32,7 @@ def observation() -> Observation:
         axial_load=1 + 0.1 * np.sin(7 * T),
         temperature=20 + 5 * np.sin(0.1 * T),
         time=T,
+        ground=np.zeros(T.size),
     )
     layer = LayerHistory(displacement=u, velocity=v, force=u.copy(), force_std=np.ones(T.size))
     start = datetime(2024, 1, 1, tzinfo=UTC)

@@ -185,7 +185,7 @@ def _recorded(
     wanted: Case,
     rng: np.random.Generator,
 ) -> Event:
-    samples = np.array([_reading(channel, event, noisy, rng) for channel in description.channels])
+    samples = np.array([reading(channel, event, noisy, rng) for channel in description.channels])
     is_acceleration = np.array([channel.quantity == "acceleration" for channel in description.channels])
     samples[is_acceleration] *= gains[is_acceleration, None]
     for fault in faults:
@@ -194,7 +194,8 @@ def _recorded(
     return _cut(whole) if wanted.moving else whole
 
 
-def _reading(channel: Channel, event: Event, noisy: Noise, rng: np.random.Generator) -> Vector:
+def reading(channel: Channel, event: Event, noisy: Noise, rng: np.random.Generator) -> Vector:
+    """(n,) samples of a channel, with noise."""
     if channel.quantity == "temperature":
         return event.temperature + 0.1 * rng.standard_normal(event.vertical.size)
     if channel.quantity == "displacement":

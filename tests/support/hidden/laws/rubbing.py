@@ -123,6 +123,37 @@ def menegotto_hysteresis(p, s, s1, step, past):
     return p[0] * s1[0]
 
 
+def steel_hysteresis(p, s, s1, step, past):
+    """The same with a roundness that depends on the excursions: Filippou, Popov and Bertero (1983), eqs 2 to 5.
+
+    States: as above; then, over the yield displacement, the largest and the least displacement of the reversals, or one
+    before the first of them, and how far the running curve's yield lies within the one that it leads to.
+    """
+    length, first = p[1], p[2]
+    travel = step.u - step.u0
+    for place in range(1, 7):
+        s1[place] = s[place]
+    if (travel != 0.0 and (travel > 0) != (s[1] > 0)) or s[1] == 0.0:
+        sign = 1.0 if travel >= 0 else -1.0
+        turn = step.u0 / length
+        if s[1] == 0.0:
+            s1[4], s1[5] = 1.0, -1.0
+        elif sign < 0:
+            s1[4] = max(s[4], turn)
+        else:
+            s1[5] = min(s[5], turn)
+        s1[1], s1[2], s1[3] = sign, step.u0, s[0]
+        s1[6] = abs((s1[4] if sign > 0 else s1[5]) - (turn + sign - s[0]))
+    way = s1[1] - s1[3]
+    if abs(way) < 1e-12:
+        s1[0] = s1[1]
+        return p[0] * s1[0]
+    roundness = first * (1.0 - 0.925 * s1[6] / (0.15 + s1[6]))
+    share = max((step.u - s1[2]) / (length * way), 0.0)
+    s1[0] = s1[3] + way * share / (1.0 + share**roundness) ** (1.0 / roundness)
+    return p[0] * s1[0]
+
+
 def flag(p, s, s1, step, past):
     """Christopoulos, Filiatrault and Folz (2002): opens at a force, closes at a lower one."""
     travel = (step.u - step.u0) / p[2]
@@ -139,6 +170,15 @@ def sharp_flag(p, s, s1, step, past):
     """The same with corners: between its two lines the force moves along the elastic slope. State: its share."""
     opened = max(-1.0, min(1.0, step.u / p[2]))
     closing = (1.0 - p[1]) * opened
+    tried = s[0] + (step.u - step.u0) / p[2]
+    s1[0] = max(min(opened, closing), min(max(opened, closing), tried))
+    return p[0] * s1[0]
+
+
+def flag_shape(p, s, s1, step, past):
+    """Elastic up to the activation, with corners; between the two forces along the elastic slope. State: the force."""
+    elastic = step.u / p[2]
+    opened, closing = max(-1.0, min(1.0, elastic)), max(p[1] - 1.0, min(1.0 - p[1], elastic))
     tried = s[0] + (step.u - step.u0) / p[2]
     s1[0] = max(min(opened, closing), min(max(opened, closing), tried))
     return p[0] * s1[0]
@@ -246,6 +286,32 @@ LAWS = (
             ("sharp_hysteresis", sharp_hysteresis, 1),
             ("sharp_hysteresis_menegotto", menegotto_hysteresis, 4),
         )
+    ),
+    Law(
+        "steel_hysteresis",
+        "steel_hysteresis",
+        "same",
+        steel_hysteresis,
+        lambda layer, rng: {
+            "force": layer.peak_force * 0.1,
+            "length": _length(5e-3, 4e-2)(rng),
+            "sharpness": rng.uniform(10.0, 25.0),
+        },
+        ("force",),
+        states=7,
+    ),
+    Law(
+        "flag_shape",
+        "flag_shape",
+        "same",
+        flag_shape,
+        lambda layer, rng: {
+            "activation": layer.peak_force * 0.1,
+            "lost": rng.uniform(0.3, 0.9),
+            "opening": _length(2e-3, 2e-2)(rng),
+        },
+        ("activation",),
+        states=1,
     ),
     *(
         Law(

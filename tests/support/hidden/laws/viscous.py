@@ -115,8 +115,7 @@ def inerter(p, s, s1, step, past):
 def swinging(p, s, s1, step, past):
     """A mass behind a spring and a dashpot, led by the layer's motion against the ground; the trapezoidal rule.
 
-    States: its displacement, velocity and acceleration. A soft spring makes it den Hartog's tuned mass (1956), a stiff
-    one an inerter on a spring (Ikago, Saito and Inoue, 2012).
+    An inerter behind a spring (Lazar, Neild and Wagg, 2014). States: its displacement, velocity and acceleration.
     """
     mass, omega, zeta, h = p[0], p[1], p[2], step.h
     free_u, free_v = s[0] + h * s[1] + 0.25 * h * h * s[2], s[1] + 0.5 * h * s[2]
@@ -127,7 +126,7 @@ def swinging(p, s, s1, step, past):
 
 
 def swinging_on_slab(p, s, s1, step, past):
-    """A tuned mass on the slab, driven by the slab's absolute acceleration; states as above."""
+    """A tuned mass on the slab (den Hartog, 1956), driven by its absolute acceleration; states as above."""
     mass, omega, zeta, h = p[0], p[1], p[2], step.h
     free_u, free_v = s[0] + h * s[1] + 0.25 * h * h * s[2], s[1] + 0.5 * h * s[2]
     a = -step.slab - omega * omega * free_u - 2.0 * zeta * omega * free_v
@@ -259,7 +258,7 @@ LAWS = (
         )
         for name, effect, form, advance, low, high in (
             ("resonator", "resonator", "same", swinging, 0.8, 6.0),
-            ("resonator_on_slab", "resonator", "another", swinging_on_slab, 0.8, 6.0),
+            ("resonator_on_slab", "tuned_mass", "same", swinging_on_slab, 0.8, 6.0),
             ("inerter_on_spring", "inerter", "another", swinging, 8.0, 15.0),
         )
     ),
