@@ -9,6 +9,7 @@ a run that was stopped goes on where it was.
 """
 
 import json
+import sys
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -18,6 +19,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the generator is the tests'
 
 import numpy as np
 from hidden.law import Layer
