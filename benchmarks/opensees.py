@@ -3,8 +3,8 @@
     python -m benchmarks.opensees                     all cases with two seeds, into docs/models/diagnosis.md
     python -m benchmarks.opensees --only steel02      one case, onto the screen
 
-Needs `pip install '.[test]' openseespy`. OpenSees is not among the requirements, since its licence is not an open one.
-Buildings, motions and sensors are those of `tests/support/hidden`. Every trial is kept in a file as it is done, so that
+Needs `pip install '.[test,benchmark]'`, and Debian's `libblas3` and `liblapack3` for OpenSeesPy. Buildings, motions and
+sensors are those of `tests/support/hidden`. Every trial is kept in a file as it is done, so that
 a run that was stopped goes on where it was.
 """
 

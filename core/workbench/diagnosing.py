@@ -7,6 +7,7 @@ error of these whole histories is not kept.
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
@@ -18,13 +19,14 @@ from core.diagnosis.sensor_faults import IN_USE, BuildingFault, Cause, sensor_fa
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.fitting.fit import Fit
+from core.fitting.idle_terms import CERTAIN
 from core.fitting.observation import Observation
 from core.model.first_model import first_model
-from core.model.isolator import Isolator
+from core.model.isolator import Isolator, parameter
 from core.record import Direction
 from core.rounding import plain
 from core.tables import Table, report
-from core.units import percent
+from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
@@ -362,6 +364,19 @@ def _after(result: DiagnosisResult) -> Iterator[str]:
         yield unexplained_share(result.diagnosis.explained)
     if steps and result.diagnosis.unexplained.is_there:
         yield remaining(result.diagnosis.unexplained, len(steps))
+    if result.diagnosis.named:
+        yield from _replaced(result)
+
+
+def _replaced(result: DiagnosisResult) -> Iterator[str]:
+    """Effects of the given model of which nothing is left: what was named has their place rather than one beside it."""
+    added = " and ".join(titled(stage.effect) for stage in result.stages)
+    for effect in result.given.effects:
+        for one in EFFECTS[effect].linear:
+            value, std = result.model.effects[effect][one], result.std.get(effect, {}).get(one)
+            if std and isfinite(std) and abs(value) < CERTAIN * std:
+                size = quantity(value, parameter((effect, one)).unit, std)
+                yield f"With {added}, nothing is left of {titled(effect)}, which is replaced: {one} is {size}."
 
 
 def _open(result: DiagnosisResult) -> Iterator[str]:
