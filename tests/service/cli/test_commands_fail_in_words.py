@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import small_disks
 import typer
 from building_files import SMALL
 from click.testing import Result
@@ -164,13 +165,8 @@ def test_a_database_of_a_server_that_may_only_be_read_or_is_newer(
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A disk of 256 KiB."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", place], capture_output=True)
-    if mounted.returncode:
-        pytest.skip("this account may not mount a small disk")
-    yield place
-    subprocess.run(["umount", place], check=True)
+    with small_disks.small_disk(tmp_path / "disk", "256k") as folder:
+        yield folder
 
 
 @pytest.mark.parametrize("command", ["building list", "poll"])

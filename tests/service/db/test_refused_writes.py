@@ -5,11 +5,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Event as Signal, Thread
 from time import monotonic, sleep
 
 import databases
 import pytest
+import small_disks
 from api_client import client as opened_client
 from cached_executor import CachedExecutor
 from monitoring_server import building_file, miniseed, stream
@@ -21,6 +23,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.analyses.tables import Analysis
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.db import sessions as opened
 from service.db.sessions import reading
 from service.jobs.worker import Worker
 from service.kinds import KINDS
@@ -60,7 +63,7 @@ class Refusing:
         self.is_on = is_on
 
 
-def until(met: Callable[[], bool], seconds: float = 60) -> None:
+def until(met: Callable[[], bool], seconds: float = 180) -> None:
     end = monotonic() + seconds
     while not met():
         assert monotonic() < end, "it did not happen in time"
@@ -142,6 +145,55 @@ def test_postgresql_is_read_only_for_a_while(
         answer = api.post("/api/v1/keys", json={"name": "tool", "role": "viewer"})
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "5")
         assert "cannot be written" in answer.json()["detail"]
+
+
+@pytest.fixture
+def small_disk() -> Iterator[Path]:
+    """A disk that PostgreSQL's user reaches, which it does not reach pytest's folders."""
+    with TemporaryDirectory(prefix="menshin-disk-") as folder:
+        Path(folder).chmod(0o711)
+        with small_disks.small_disk(Path(folder, "disk"), "192m") as disk:
+            yield disk
+
+
+def test_postgresql_has_its_tables_on_a_full_disk_for_a_while(
+    postgres: str, small_disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its log of changes is on another disk: it refuses statements, and serves others."""
+    with (
+        databases.tablespace(postgres, small_disk / "tables") as place,
+        databases.postgresql(postgres, tablespace=place) as url,
+    ):
+        lose_nothing_on(url, small_disk, tmp_path, caplog)
+
+
+def test_postgresql_has_all_of_its_data_on_a_full_disk_for_a_while(
+    small_disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with databases.own_server(small_disk) as server:
+        databases.prepare(server.get_uri())
+        with databases.postgresql(server.get_uri()) as url:
+            lose_nothing_on(url, small_disk, tmp_path, caplog)
+
+
+def lose_nothing_on(url: str, disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As `lose_nothing` while the disk is full, and answers that only read are served meanwhile."""
+
+    def switch(is_on: bool) -> None:
+        if not is_on:
+            with opened_client(url) as api:
+                assert api.get("/api/v1/buildings").status_code == 200
+            (disk / "filling").unlink()
+        else:
+            small_disks.fill(disk)
+
+    made = opened.sessions(url)
+    try:
+        lose_nothing(made, tmp_path, switch, "is on a full disk; free some space", caplog)
+    finally:
+        (disk / "filling").unlink(missing_ok=True)
+        made.kw["bind"].dispose()
+    assert not [one for one in caplog.records if one.exc_info], "it was taken for a bug"
 
 
 def lose_nothing(

@@ -1,8 +1,6 @@
 """The service says that it is ready, and its heart beats, as long as looks and analyses are really done."""
 
 import re
-import shutil
-import subprocess
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import Any
 
 import databases
 import pytest
+import small_disks
 from api_client import client
 from monitoring_server import building_file
 from receivers import WebhookServer, webhook_server
@@ -227,15 +226,8 @@ def beats(there: WebhookServer, sessions: sessionmaker[Session], **other: float)
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A file system of 32 MiB of its own."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=32m", "none", folder], capture_output=True, text=True)
-    if mounted.returncode != 0:
-        pytest.skip(f"no file system can be mounted here: {mounted.stderr.strip()}")
-    try:
+    with small_disks.small_disk(tmp_path / "disk", "32m") as folder:
         yield folder
-    finally:
-        subprocess.run(["umount", "--lazy", folder], check=True)
 
 
 def test_a_full_disk_is_not_ready_until_it_has_room(small_disk: Path) -> None:
@@ -246,8 +238,8 @@ def test_a_full_disk_is_not_ready_until_it_has_room(small_disk: Path) -> None:
             process_leases.hold(session, right, "host:1", datetime.now(UTC), POLLING_LEASE)
     reserve = 20 * 8 * MIB  # so that 8 MiB have to be free
     assert failing(url, disk_reserve=reserve) == []
-    (small_disk / "filling").write_bytes(bytes(shutil.disk_usage(small_disk).free - MIB))
+    filling = small_disks.fill(small_disk, MIB)
     assert failing(url, disk_reserve=reserve) == ["disk"]
-    (small_disk / "filling").unlink()
+    filling.unlink()
     assert failing(url, disk_reserve=reserve) == []
     sessions.kw["bind"].dispose()

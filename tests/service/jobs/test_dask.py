@@ -26,6 +26,7 @@ from sqlalchemy.orm import Session, sessionmaker, undefer
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store
 from service.db.blobs import decode
+from service.db.sessions import STALLED
 from service.demo.server import free_port
 from service.jobs import queue as job_queue
 from service.jobs.cluster import GRACE, Cluster, dask_cluster
@@ -70,9 +71,11 @@ def process(
         kill_tree(started)
 
 
-def scheduler(folder: Path, address: str, *more: str) -> AbstractContextManager[psutil.Popen]:
+def scheduler(
+    folder: Path, address: str, *more: str, before: tuple[str, ...] = ()
+) -> AbstractContextManager[psutil.Popen]:
     host, port = address.partition("://")[2].split(":")
-    return process(folder, "dask_scheduler", "--host", host, "--port", port, *more)
+    return process(folder, "dask_scheduler", "--host", host, "--port", port, *more, before=before)
 
 
 def worker(
@@ -228,6 +231,35 @@ def test_other_versions_are_refused_in_words_until_they_are_gone(tmp_path: Path)
                 assert cluster.submit(os.getpid).result(PATIENCE) == right.pid
     finally:
         cluster.shutdown()
+
+
+def test_a_network_to_the_scheduler_that_loses_everything_is_noticed(tmp_path: Path) -> None:
+    with namespace() as other:
+        if other is None:
+            pytest.skip(WHY)
+        found = f"tcp://{other.there}:{free_port(0)}"
+        cluster = Cluster(found)
+        try:
+            with (
+                scheduler(tmp_path, found, before=other.inside),
+                worker(tmp_path, found, before=other.inside),
+            ):
+                until(lambda: cluster.trouble() is None)
+                waiting = cluster.submit(sleep, 600)
+                other.cut()
+                begun = monotonic()
+                longest = 0.0
+                while not waiting.done() and monotonic() - begun < PATIENCE:
+                    looked = monotonic()
+                    cluster.trouble()
+                    longest = max(longest, monotonic() - looked)
+                    sleep(0.5)
+                assert isinstance(waiting.exception(0), LostComputationError)
+                assert "cannot be reached" in (cluster.trouble() or "")
+                assert monotonic() - begun < 2 * STALLED
+                assert longest < STALLED
+        finally:
+            cluster.shutdown()
 
 
 def test_computations_are_taken_back_where_no_worker_comes(tmp_path: Path) -> None:
