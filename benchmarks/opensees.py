@@ -137,7 +137,9 @@ CASES: Mapping[str, Hidden] = MappingProxyType(
             right=_effects("steel_hysteresis"),
             damper=lambda layer: ("Steel02", layer.F_y, layer.F_y / layer.D_y, 0.0, 15.0, 0.925, 0.15),
         ),
-        "steel01_damper": Hidden(right=SHARP, damper=lambda layer: ("Steel01", layer.F_y, layer.F_y / layer.D_y, 0.0)),
+        "steel01_damper": Hidden(  # a slider of that slip has the same law
+            right=SHARP | _effects("friction"), damper=lambda layer: ("Steel01", layer.F_y, layer.F_y / layer.D_y, 0.0)
+        ),
         "elastic_plastic": Hidden(
             right=SHARP,
             beside=lambda layer: (("ElasticPP", 0.1 * layer.peak_force / 0.02, 0.02),),

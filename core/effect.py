@@ -20,6 +20,10 @@ CONDITIONS = ("axial_load", "temperature", "time", "ground")
 """Vertical force / weight at rest; °C; s since the model's reference instant; m/s², acceleration of the ground."""
 
 
+STEP = "step"
+"""s, of the integration: a law that comes to its bound at once does so within a share of it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Channel:
     """Channels that laws share: each law adds to its channel, or multiplies it."""
@@ -136,6 +140,8 @@ class Effect:
     """Parameters that a fit keeps fixed, since other parameters have the same effect."""
     special: Mapping[str, float] = field(default_factory=FrozenDict)
     """Values of parameters at which the law is a simpler one, such as that of another effect."""
+    open_ended: tuple[str, ...] = ()
+    """Parameters whose largest value stands for all that are larger, such as a sharpness."""
     carried: tuple[str, ...] = ()
     """States that the layer keeps from one earthquake to the next; the others begin each at zero."""
     design: Mapping[str, Callable[..., Any]] = field(default_factory=FrozenDict)
@@ -149,7 +155,7 @@ class Effect:
     def __post_init__(self) -> None:
         needs = tuple(signature(self.law).parameters)
         named = tuple(parameter.name for parameter in self.parameters)
-        offered = (*MOTION, *CONDITIONS, *SCALES, YIELDED, *self.states, *named)
+        offered = (*MOTION, *CONDITIONS, STEP, *SCALES, YIELDED, *self.states, *named)
         if unknown := sorted(set(needs) - set(offered)):
             raise ModelError(f"{self.title}: the law needs {unknown}; available are {sorted(offered)}")
         if len(set(offered)) < len(offered):
@@ -159,7 +165,9 @@ class Effect:
         if self.kind is not None:
             self._check_kind(self.kind, needs)
         of_design = {name for value in self.design.values() for name in signature(value).parameters}
-        if strange := sorted({*self.absent, *self.linear, *self.held, *self.special, *of_design} - set(named)):
+        if strange := sorted(
+            {*self.absent, *self.linear, *self.held, *self.special, *self.open_ended, *of_design} - set(named)
+        ):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}
         if strange := sorted(kept - set(self.states)):

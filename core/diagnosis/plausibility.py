@@ -9,6 +9,7 @@ Where no law is quite right, a doubtful one may be meant (core.diagnosis.missing
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
@@ -62,14 +63,15 @@ def implausible(effect: str, fit: Fit, observations: Sequence[Observation]) -> s
 
 
 def ends(effect: str, fit: Fit) -> Iterator[str]:
-    """Values of an effect that a fit left at an end of their range, in words; none where it was stopped."""
+    """Values of an effect that a fit left at an end of their range that means something, in words; none where it was
+    stopped."""
     values, about = fit.model.effects[effect], EFFECTS[effect]
     searched = [] if fit.outcome is Outcome.STOPPED else [name for name in values if (effect, name) in fit.free]
     for one in (parameter((effect, name)) for name in searched if name not in about.linear):
         if values[one.name] in one.bounds:
             if values[one.name] == one.bounds[0]:
                 yield f"{one.name} is at its smallest allowed value ({one.meaning})"
-            else:
+            elif one.name not in about.open_ended:
                 yield f"{one.name} is at its largest allowed value ({one.meaning})"
 
 
@@ -88,7 +90,12 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
         else:
             yield f"{length.name} is rather the length of a slider ({length.meaning})"
     for name, simple in about.special.items():
-        if (effect, name) in fit.free and abs(values[name] - simple) < CERTAIN * fit.std[effect, name]:
+        if (effect, name) not in fit.free:
+            continue
+        away, std = abs(values[name] - simple), fit.std[effect, name]
+        if name in about.open_ended:  # its influence fades: the larger it is, the less of it is known
+            away, std = abs(log(values[name] / simple)), std / values[name]
+        if away < CERTAIN * std:
             yield f"{name} may be {simple:g}, where a simpler law would do ({parameter((effect, name)).meaning})"
     lost = [name for of, name in fit.undetermined if of == effect and _must_be_known((of, name), fit)]
     if lost:

@@ -12,23 +12,23 @@ from core.effect import Effect, LogNormal, Parameter
 
 ROUND = 2.0
 """Corner of Constantinou et al. (1990)."""
-SHORTEST = 3.8e-3
-"""s: the variable comes to its bound no faster than this. Steps of 10 ms are stable from 3.6 ms on (2.78 of them, by
-the method of Runge and Kutta); with faster ones the derivatives by the parameters grow where the force is at its
-bound."""
+SHORTEST = 0.38
+"""Share of an integration step: the variable comes to its bound no faster than within this. The method of Runge and
+Kutta is stable from 0.36 on; below, the derivatives by the parameters grow where the force is at its bound."""
 AT_BOUND = 1e-3
 """1/s: where the variable nears its bound more slowly, rounding must not decide whether that is too fast."""
 
 
-def law(v, z_f, sliding, share, a, slip, corner):
+def law(v, step, z_f, sliding, share, a, slip, corner):
     speed = abs(v)
     strength = 1.0 - share * exp(-a * speed)
     scale = strength ** (ROUND / corner)
     bound = strength / scale
     along = z_f if v >= 0.0 else -z_f
     rate = speed / slip * (1.0 - ((along / bound) ** corner if along > 0.0 else 0.0))
-    nearing = (bound - along) / SHORTEST
-    is_steep = corner * speed * SHORTEST > slip * bound
+    shortest = SHORTEST * step
+    nearing = (bound - along) / shortest
+    is_steep = corner * speed * shortest > slip * bound
     if abs(rate) > abs(nearing) or (is_steep and abs(nearing) < AT_BOUND):
         rate = nearing
     return sliding * scale * z_f, rate if v >= 0.0 else -rate
@@ -40,6 +40,7 @@ EFFECT = Effect(
     kind="sliding",
     states=("z_f",),
     linear=("sliding",),
+    open_ended=("corner",),
     parameters=(
         Parameter("sliding", "N", (0.0, 1e9), LogNormal(1e6, 1.5), "force while sliding fast"),
         Parameter("share", "1", (1e-3, 0.99), LogNormal(0.4, 0.7), "share of it that is missing in slow sliding"),

@@ -6,15 +6,19 @@ With an exponent of 1 it is `second_hysteresis`; from about 10 on it has the cor
 
 from core.effect import Effect, LogNormal, Parameter
 
-SHORTEST = 2e-3
-"""s: the variable comes to its bound no faster than this, since steps of a few milliseconds could not follow it."""
+SHORTEST = 0.38
+"""Share of an integration step: the variable comes to its bound no faster than within this; see `friction`."""
+AT_BOUND = 1e-3
+"""1/s: where the variable nears its bound more slowly, rounding must not decide whether that is too fast."""
 
 
-def law(v, z_p, F_p, D_p, n_p):
+def law(v, step, z_p, F_p, D_p, n_p):
+    shortest = SHORTEST * step
     along = z_p if v >= 0.0 else -z_p
     rate = abs(v) / D_p * (1.0 - (along**n_p if along > 0.0 else 0.0))
-    nearing = (1.0 - along) / SHORTEST
-    if abs(rate) > abs(nearing):
+    nearing = (1.0 - along) / shortest
+    is_steep = n_p * abs(v) * shortest > D_p
+    if abs(rate) > abs(nearing) or (is_steep and abs(nearing) < AT_BOUND):
         rate = nearing
     return F_p * z_p, rate if v >= 0.0 else -rate
 
@@ -25,6 +29,7 @@ EFFECT = Effect(
     kind="yielding",
     states=("z_p",),
     linear=("F_p",),
+    open_ended=("n_p",),
     special={"n_p": 1.0},
     parameters=(
         Parameter("F_p", "N", (0.0, 1e10), LogNormal(1.5e6, 1.5), "yield force"),

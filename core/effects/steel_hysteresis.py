@@ -10,8 +10,8 @@ from core.effect import Effect, LogNormal, Parameter
 
 CATCHING_UP = 2.5e-3
 """s: short compared with any motion, long enough for steps of a few milliseconds."""
-SHORTEST = 2e-3
-"""s: the force comes to its bound no faster than this, since steps of a few milliseconds could not follow it."""
+SHORTEST = 0.38
+"""Share of an integration step: the force comes to its bound no faster than within this; see `friction`."""
 ROUNDED, SOON = 0.925, 0.15
 """c_R1 and c_R2: share of the roundness' exponent that plastic excursions take away, and at how many yield
 displacements they have taken half of it (Filippou, Popov & Bertero 1983: 18.5 of 20, and 0.15)."""
@@ -19,7 +19,7 @@ NARROWEST = 1e-3
 """Smallest way from a reversal to the bound, over the yield force."""
 
 
-def law(u, v, z_m, low, u_low, high, u_high, top, bottom, F_m, D_m, R_0):
+def law(u, v, step, z_m, low, u_low, high, u_high, top, bottom, F_m, D_m, R_0):
     rising = v >= 0.0
     z = z_m if rising else -z_m
     start = low if rising else -high
@@ -30,7 +30,7 @@ def law(u, v, z_m, low, u_low, high, u_high, top, bottom, F_m, D_m, R_0):
     R = R_0 * (1.0 - ROUNDED * excursion / (SOON + excursion))
     done = min(max((z - start) / way, 0.0), 1.0)
     slope = (1.0 - (done**R if done > 0.0 else 0.0)) ** (1.0 + 1.0 / R)
-    rate = min(abs(v) / D_m * slope, (1.0 - z) / SHORTEST)
+    rate = min(abs(v) / D_m * slope, (1.0 - z) / (SHORTEST * step))
     follow_low = 0.0 if rising else 1.0 / CATCHING_UP
     follow_high = 1.0 / CATCHING_UP if rising else 0.0
     return (
@@ -51,6 +51,7 @@ EFFECT = Effect(
     kind="yielding",
     states=("z_m", "low", "u_low", "high", "u_high", "top", "bottom"),
     linear=("F_m",),
+    open_ended=("R_0",),
     parameters=(
         Parameter("F_m", "N", (0.0, 1e10), LogNormal(1.5e6, 1.5), "yield force"),
         Parameter("D_m", "m", (5e-4, 0.5), LogNormal(1e-2, 1.0), "yield displacement"),

@@ -11,6 +11,7 @@ EFFECT = Effect(
     title="Sharpness of the yield",
     law=law,
     acts_on="sharpness",
+    open_ended=("times",),
     parameters=(
         Parameter("times", "1", (0.3, 60.0), LogNormal(2.0, 0.7), "factor of the exponent n of the hysteresis"),
     ),

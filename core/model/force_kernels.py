@@ -32,6 +32,8 @@ def column_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no
 program: Any = None
 at: Any = None
 """Placeholders of the functions that are bound before compilation."""
+ANY_STEP = 1e-3
+"""s, for a law whose rates are not used."""
 TOLERANCE = 3e-3
 """Largest difference between the two slopes in the middle of a step, times the step, relative to the largest value that
 the state has had. A choice."""
@@ -40,13 +42,15 @@ END_TOLERANCE = 0.03
 choice."""
 
 
-def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    force, inertance = program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], opcode, at_p, at_x, p, x, dx)
+def _force_at(m, step, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    force, inertance = program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], step, opcode, at_p, at_x, p, x, dx)
     return force, inertance, 0.0, 0.0
 
 
-def _tangent_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    return program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], opcode, at_p, at_x, p, change_of_p, behind, x, dx)
+def _tangent_at(m, step, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    return program(
+        m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], step, opcode, at_p, at_x, p, change_of_p, behind, x, dx
+    )
 
 
 def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states, columns, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -61,7 +65,7 @@ def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states, c
         for j in range(behind):
             x[j] = states[i, j]
         for k in range(directions.shape[0]):
-            answer = at(samples[i + 1], opcode, at_p, at_x, p, directions[k], behind, x, dx)
+            answer = at(samples[i + 1], ANY_STEP, opcode, at_p, at_x, p, directions[k], behind, x, dx)
             columns[k, i] = answer[2] + answer[3] * acceleration[i]
 
 
@@ -111,7 +115,7 @@ def _integrate(excited, model, change_of_p, behind, start, answers, room):  # ty
                         )
                 for j in range(size):
                     stage[j] = x[j] if k == 0 else x[j] + (step if k == 3 else step / 2) * dx[j]
-                answer = at(now, opcode, at_p, at_x, p, change_of_p, behind, stage, dx)
+                answer = at(now, step, opcode, at_p, at_x, p, change_of_p, behind, stage, dx)
                 if s == 0 and k == 0:
                     force[i] = answer[0] + answer[1] * acceleration[i]
                     change[i] = answer[2] + answer[3] * acceleration[i]

@@ -13,12 +13,12 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
-from core.effect import CHANNELS, CONDITIONS, KINDS, MOTION, RESULTS, SCALES, YIELDED, Effect
+from core.effect import CHANNELS, CONDITIONS, KINDS, MOTION, RESULTS, SCALES, STEP, YIELDED, Effect
 from core.effects import Laws
 from core.laws.autodiff import change_of, tangent_source
 from core.laws.compilation import digest, inlined, jitted
 
-GIVEN = (*MOTION, *CONDITIONS)
+GIVEN = (*MOTION, *CONDITIONS, STEP)
 """Arguments of a program that describe the layer's motion and conditions."""
 MOST_CACHED = 2
 """Sets of laws whose programs a process keeps: after an effect was added, the previous set may still be in use."""

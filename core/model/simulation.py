@@ -189,7 +189,7 @@ AXES = 1
 """Placeholders of what is bound before compilation."""
 
 
-def _rates(y, dy, at, given, n, base_mass, load, squared, damping, a, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _rates(y, dy, at, given, n, base_mass, load, squared, damping, h, a, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Fill dy with the rates of y in direction a, whose entries begin at `at`.
 
     These are the displacements of the slab and the modal coordinates, their rates, and the states of the layer; slot 0
@@ -205,6 +205,7 @@ def _rates(y, dy, at, given, n, base_mass, load, squared, damping, a, opcode, at
         given[a, 3],
         given[a, 4],
         given[a, 5],
+        h,
         opcode,
         at_p,
         at_x,
@@ -253,7 +254,7 @@ def _integrate(base_mass, load, squared, damping, given, dt, substeps, opcode, a
                     now[0, 0], now[0, 1], now[1, 0], now[1, 1] = stage[size], stage[size + n], stage[0], stage[n]
                 for a in range(AXES):
                     at = a * size
-                    f = rates(stage, dy, at, now, n, base_mass, load, squared, damping, a, opcode, at_p, at_xs[a], p)
+                    f = rates(stage, dy, at, now, n, base_mass, load, squared, damping, h, a, opcode, at_p, at_xs[a], p)
                     if s == 0 and k == 0:
                         force[a, i] = f
                         for j in range(n):

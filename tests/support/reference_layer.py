@@ -12,6 +12,8 @@ from core.effect import CHANNELS, KINDS, RESULTS
 from core.effects import EFFECTS
 
 Model = Mapping[str, Mapping[str, float]]
+STEP = 1e-3
+"""s, that laws with corners are given; the solver chooses its own."""
 
 
 def plain_force(model: Model, times: Vector, seconds: float, amplitude: float, longest_step: float) -> Vector:
@@ -44,6 +46,7 @@ def _evaluated(
 ) -> tuple[float, dict[tuple[str, str], float]]:
     """Force, and the rate of every state in the order given."""
     offer = {name: channel.neutral for name, channel in CHANNELS.items()} | dict(_motion(t, seconds, amplitude))
+    offer["step"] = STEP
     offer["yielded"] = sum(x for (name, state), x in states.items() if EFFECTS[name].publishes == state)
     rate = dict.fromkeys(states, 0.0)
     for name in sorted(model, key=lambda one: EFFECTS[one].acts_on in RESULTS):

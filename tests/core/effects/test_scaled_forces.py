@@ -94,7 +94,7 @@ def test_a_scale_multiplies_the_forces_of_its_kinds_and_leaves_the_others(name: 
 
     def run(*names: str) -> float:
         opcode, at_p, at_x = (np.array(one) for one in zip(*((order.index(n), *places[n]) for n in names), strict=True))
-        motion = (0.2, 0.3, 0.1, 0.2, 1.0, 20.0, 0.0, 0.5)
+        motion = (0.2, 0.3, 0.1, 0.2, 1.0, 20.0, 0.0, 0.5, 2.5e-3)
         return program(*motion, opcode, at_p, at_x, p, x, np.zeros(states))[0]
 
     factor = 0.5 if scale in KINDS.get(EFFECTS[name].kind or "", ()) else 1.0

@@ -73,6 +73,7 @@ def drawn(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
     result |= {"u": rng.normal(0, 0.1), "v": rng.normal(0, 0.3), "u_cross": rng.normal(0, 0.1)}
     result |= {"v_cross": rng.normal(0, 0.3), "axial_load": rng.uniform(0.8, 1.2)}
     result |= {"temperature": rng.uniform(-5, 35), "time": rng.uniform(0, 1e8), "ground": rng.normal(0, 2.0)}
+    result |= {"step": rng.uniform(1e-3, 1e-2)}
     result |= {state: rng.uniform(-0.3, 0.9) for state in effect.states}
     result |= {state: abs(result[state]) for state in FARTHEST & set(effect.states)}
     return result | {one.name: one.prior.median * rng.uniform(0.8, 1.25) for one in effect.parameters}

@@ -36,7 +36,7 @@ def test_an_effect_that_scales_acts_on_the_forces_of_the_kind() -> None:
 
     def run(opcode: list[int], at_p: list[int]) -> float:
         slots = np.array(opcode), np.array(at_p), np.zeros(len(opcode), dtype=int)
-        layer, inertance = force(0.01, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0, 0.0, *slots, values, states, rates)
+        layer, inertance = force(0.01, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0, 0.0, 2.5e-3, *slots, values, states, rates)
         assert inertance == 0.0
         return layer
 
@@ -55,6 +55,6 @@ def test_an_effect_may_bear_the_name_of_what_laws_read(name: str) -> None:
     only = {name: EFFECTS["elastic"]}
     slot = np.zeros(1, dtype=int)
     stiffness = np.array([2e6])
-    motion = (0.1, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0, 0.0)
+    motion = (0.1, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0, 0.0, 2.5e-3)
     force = compiled_force(only)(*motion, slot, slot, slot, stiffness, np.zeros(0), np.zeros(0))
     assert force == (pytest.approx(2e5), 0.0)
