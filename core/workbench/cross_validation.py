@@ -33,12 +33,12 @@ FEWEST = 2
 """Earthquakes at least: each is predicted by those that are left."""
 MOST_ADDED = 10
 """Effects added at most. A choice, for their time."""
-SEARCHED = 14
+SEARCHED = 17
 """Effects at most whose parameters are searched for at each step, those of the best score tests. A choice, for their
 time."""
 FELT = 0.005
 """Smallest share of the squared residual that an effect takes by its score test to be searched for. A choice."""
-VALIDATED = 10
+VALIDATED = 13
 """Effects at most that are tried on stronger earthquakes, those that leave the least where fitted. A choice, for their
 time."""
 WEAK = 0.7

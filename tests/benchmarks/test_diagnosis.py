@@ -25,4 +25,4 @@ def test_no_effect_is_named_where_none_is_missing(case: str, outcomes: set[str])
 
 
 def test_a_law_of_no_effect_of_the_library_is_reported_as_unknown() -> None:
-    assert row("two_masses", 1).unknown
+    assert row("delayed_feedback", 1).unknown

@@ -112,8 +112,8 @@ LAWS = (
     ),
     Law(
         "two_masses",
-        "",
-        "outside",
+        "tuned_mass",
+        "another",
         two_masses,
         lambda layer, rng: {
             "first": 8e5,
