@@ -33,8 +33,12 @@ class Namespace:
 
 
 @contextmanager
-def namespace() -> Iterator[Namespace | None]:
-    """A namespace that is removed afterwards; None where none can be made."""
+def namespace(*, loopback: bool = False) -> Iterator[Namespace | None]:
+    """A namespace that is removed afterwards; None where none can be made.
+
+    Args:
+        loopback: whether processes within it reach each other. They are then also told that a host cannot be reached.
+    """
     if os.geteuid() != 0 or shutil.which("ip") is None:
         yield None
         return
@@ -49,7 +53,7 @@ def namespace() -> Iterator[Namespace | None]:
         ("ip", "link", "set", here, "up"),
         (*inside, "ip", "address", "add", f"{network}.{first + 2}/30", "dev", there),
         (*inside, "ip", "link", "set", there, "up"),
-        (*inside, "ip", "link", "set", "lo", "up"),
+        *([(*inside, "ip", "link", "set", "lo", "up")] if loopback else []),
     )
     try:
         is_made = all(subprocess.run(one, capture_output=True, check=False).returncode == 0 for one in commands)

@@ -75,6 +75,5 @@ def test_a_statement_does_not_wait_for_a_network_that_is_gone(postgres: str) -> 
                     said = client.communicate("go on\n", timeout=3 * STALLED)[0]
                 finally:
                     client.kill()
-                broken = ("timed out", "closed the connection", "no route to host")
-                assert any(words in said.lower() for words in broken), said
+                assert "timed out" in said.lower() or "closed the connection" in said, said
                 assert monotonic() - begun > 0.5 * STALLED

@@ -234,7 +234,7 @@ def test_other_versions_are_refused_in_words_until_they_are_gone(tmp_path: Path)
 
 
 def test_a_network_to_the_scheduler_that_loses_everything_is_noticed(tmp_path: Path) -> None:
-    with namespace() as other:
+    with namespace(loopback=True) as other:
         if other is None:
             pytest.skip(WHY)
         found = f"tcp://{other.there}:{free_port(0)}"
