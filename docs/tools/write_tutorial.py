@@ -32,6 +32,8 @@ PAGE, PICTURES = HERE / "tutorial.md", HERE / "tutorial"
 SEEN = PICTURES / "seen.json"
 PATIENCE = 300.0
 """s, for any one thing to happen on a busy machine."""
+LOOKS = 10
+"""Looks at a part of a page that is not there, a second apart."""
 WIDTH, HEIGHT = 1120, 800
 """Pixels of the browser's window."""
 MARGIN = 4
@@ -220,7 +222,11 @@ def _event(page: Page, row: Seen) -> Seen:
 
 def _picture(page: Page, path: Path, first: str, last: str) -> None:
     """Everything from the top of one element to the bottom of another."""
-    top, bottom = (page.locator(name).first.bounding_box() for name in (first, last))
+    for _ in range(LOOKS):  # a part of the page may just be replaced by a newer one
+        top, bottom = (page.locator(name).first.bounding_box() for name in (first, last))
+        if top is not None and bottom is not None:
+            break
+        page.wait_for_timeout(1e3)
     if top is None or bottom is None:
         raise RuntimeError(f"{page.url} shows no {first}, or no {last}")
     height = bottom["y"] + bottom["height"] - top["y"] + 2 * MARGIN
