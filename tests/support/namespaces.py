@@ -37,7 +37,8 @@ def namespace(*, loopback: bool = False) -> Iterator[Namespace | None]:
     """A namespace that is removed afterwards; None where none can be made.
 
     Args:
-        loopback: whether processes within it reach each other. They are then also told that a host cannot be reached.
+        loopback: whether it has a loopback, through which its processes reach each other. The kernel then also reports
+            hosts that cannot be reached.
     """
     if os.geteuid() != 0 or shutil.which("ip") is None:
         yield None

@@ -1,4 +1,4 @@
-"""An effect that takes the place of one of the model's own is said to replace it."""
+"""A diagnosis says when an effect replaces one of the model's own."""
 
 import pytest
 from records_from_observations import records_from_observations

@@ -63,7 +63,7 @@ class Refusing:
         self.is_on = is_on
 
 
-def until(met: Callable[[], bool], seconds: float = 180) -> None:
+def until(met: Callable[[], bool], seconds: float = 60) -> None:
     end = monotonic() + seconds
     while not met():
         assert monotonic() < end, "it did not happen in time"
@@ -149,7 +149,7 @@ def test_postgresql_is_read_only_for_a_while(
 
 @pytest.fixture
 def small_disk() -> Iterator[Path]:
-    """A disk that PostgreSQL's user reaches, which it does not reach pytest's folders."""
+    """A disk that PostgreSQL's user can reach, unlike pytest's folders."""
     with TemporaryDirectory(prefix="menshin-disk-") as folder:
         Path(folder).chmod(0o711)
         with small_disks.small_disk(Path(folder, "disk"), "192m") as disk:
