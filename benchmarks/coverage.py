@@ -39,10 +39,9 @@ from real_building import SUBSETS, TESTS  # noqa: E402
 from shared_data import BNCS  # noqa: E402
 
 from benchmarks.force_tables import shown  # noqa: E402
-from benchmarks.table import Table  # noqa: E402
+from benchmarks.table import Table, with_results  # noqa: E402
 
 PAGE = ROOT / "docs" / "reference" / "accuracy.md"
-BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.coverage` writes -->" for edge in ("begin", "end"))
 WANTED = (90.0, 98.0)
 """%, between which a share is to lie."""
 MOTIONS = ("AKT013", "Kobe")
@@ -186,8 +185,7 @@ def main() -> None:
     if asked.full or asked.seed is not None:
         print(tables)
         return
-    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-    PAGE.write_text(f"{before}{BEGIN}\n\n{tables}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    PAGE.write_text(with_results(PAGE.read_text("utf-8"), "benchmarks.coverage", tables), "utf-8")
 
 
 if __name__ == "__main__":

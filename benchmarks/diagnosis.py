@@ -20,11 +20,11 @@ from rich.progress import track
 
 from benchmarks.diagnosis_tables import GROUPS, Group, tables
 from benchmarks.diagnosis_trial import Row, row
+from benchmarks.table import with_results
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "models" / "diagnosis.md"
 ROWS = ROOT / "build" / "diagnosis.jsonl"
-BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.diagnosis` writes -->" for edge in ("begin", "end"))
 PROCESSES = 2
 
 
@@ -98,8 +98,7 @@ def main() -> None:
     if given.quick or given.choose:
         print(text)
         return
-    before, after = PAGE.read_text("utf-8").split(BEGIN)[0], PAGE.read_text("utf-8").split(END)[1]
-    PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}", "utf-8")
+    PAGE.write_text(with_results(PAGE.read_text("utf-8"), "benchmarks.diagnosis", text), "utf-8")
     print(PAGE)
 
 

@@ -20,7 +20,7 @@ from rich.progress import track
 
 from benchmarks.diagnosis_trial import Trial, analysed, trial  # isort: skip  (it finds hidden)
 
-from benchmarks.table import Table
+from benchmarks.table import Table, with_results
 from core.analysis import EventAnalysis
 from core.errors import CoreError
 from core.fitting.observation import observations
@@ -34,7 +34,6 @@ from core.workbench.forecasting import forecaster
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "models" / "forecasts.md"
 ROWS = ROOT / "build" / "forecasts.jsonl"
-BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.forecasts` writes -->" for edge in ("begin", "end"))
 CASES = (
     "nothing",
     "nothing",
@@ -239,8 +238,7 @@ def main() -> None:
     if given.quick or given.choose:
         print(text)
         return
-    before, after = PAGE.read_text("utf-8").split(BEGIN)[0], PAGE.read_text("utf-8").split(END)[1]
-    PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}", "utf-8")
+    PAGE.write_text(with_results(PAGE.read_text("utf-8"), "benchmarks.forecasts", text), "utf-8")
     print(PAGE)
 
 

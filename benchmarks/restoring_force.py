@@ -27,11 +27,11 @@ from real_building import SUBSETS  # noqa: E402
 from shared_data import BNCS  # noqa: E402
 
 from benchmarks import cycle_errors, floors_measured, force_tables  # noqa: E402
+from benchmarks.table import with_results  # noqa: E402
 from core.comparison.misfit import fitting_rate  # noqa: E402
 from core.estimators import ESTIMATORS  # noqa: E402
 
 PAGE = ROOT / "docs" / "reference" / "accuracy.md"
-BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.restoring_force` writes -->" for edge in ("begin", "end"))
 PROCESSES = 2
 
 
@@ -102,13 +102,6 @@ def in_parallel(parts: Sequence[Callable[[], object]], console: Console) -> list
         return [future.result() for future in futures]
 
 
-def written_between_markers(page: str, tables: str) -> str:
-    """The page with new tables in place of the old ones."""
-    before, rest = page.split(BEGIN)
-    after = rest.split(END)[1]
-    return f"{before}{BEGIN}\n\n{tables}\n{END}{after}"
-
-
 def main() -> None:
     """Run, and show or write."""
     parser = ArgumentParser(description="Accuracy of the restoring force's estimators.")
@@ -117,7 +110,9 @@ def main() -> None:
     if parser.parse_args().quick:
         print(report(QUICK, console))
     else:
-        PAGE.write_text(written_between_markers(PAGE.read_text(encoding="utf-8"), report(FULL, console)), "utf-8")
+        PAGE.write_text(
+            with_results(PAGE.read_text("utf-8"), "benchmarks.restoring_force", report(FULL, console)), "utf-8"
+        )
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
 """The tables of the restoring force's accuracy say what the scores say, and show what misses its goal."""
 
-import pytest
 from accuracy import Agreement, Score
 
 from benchmarks import force_tables
-from benchmarks.restoring_force import BEGIN, END, QUICK, on_truth, written_between_markers
+from benchmarks.restoring_force import QUICK, on_truth
 from benchmarks.table import Table
 
 
@@ -52,13 +51,6 @@ def test_the_residual_of_the_filters_is_shown_beside_the_error() -> None:
     assert row(FILTERED, "in class") == ("93.00 (93.00)", "99.75 (99.75)", "99.40")
     assert row(FILTERED, "bent") == ("97.90 (97.90)", "**97.80** (97.80)", "-")
     assert row(TIMES, "cms") == ("100", "100")
-
-
-def test_only_the_text_between_the_markers_is_rewritten() -> None:
-    page = f"before\n{BEGIN}\n\nold\n\n{END}\nafter\n"
-    assert written_between_markers(page, "new") == f"before\n{BEGIN}\n\nnew\n{END}\nafter\n"
-    with pytest.raises(ValueError, match="not enough values"):
-        written_between_markers("a page without markers", "new")
 
 
 def test_a_record_too_short_for_the_products_filters_is_measured_all_the_same() -> None:

@@ -8,7 +8,7 @@ from benchmarks import chain, identification, identification_noise, simulation
 from benchmarks.__main__ import BENCHMARKS, TARGET, renewed
 from benchmarks.identifiers import IDENTIFIERS, OURS, Identifier
 from benchmarks.integrators import INTEGRATORS
-from benchmarks.table import Table
+from benchmarks.table import Table, with_results
 from benchmarks.trial import Limits
 from core.estimators import ESTIMATORS
 from core.model.simulation import simulate
@@ -78,3 +78,12 @@ def test_a_row_must_fit_its_table() -> None:
         Table("times", "", ("way", "ms"), (("ours",),))
     written = Table("times", "of ours", ("way", "ms"), (("ours", "1.0"),)).markdown()
     assert written == "### times\n\nof ours\n\n| way | ms |\n| --- | --- |\n| ours | 1.0 |\n"
+
+
+def test_only_the_text_between_a_programs_comments_is_replaced() -> None:
+    begin, end = (f"<!-- {edge} of what `python -m benchmarks.api` writes -->" for edge in ("begin", "end"))
+    page = f"before\n{begin}\n\n{{}}\n{end}\nafter\n"
+    assert with_results(page.format("old"), "benchmarks.api", "new") == page.format("new")
+    for other in ("a page without comments", page * 2):
+        with pytest.raises(ValueError, match="to unpack"):
+            with_results(other, "benchmarks.api", "new")
