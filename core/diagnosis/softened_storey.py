@@ -2,7 +2,9 @@
 
 Storeys may all be stiffer or softer than the design by one factor (a nominal mass that is too large, walls that were
 not counted), and each a little by itself. Beyond that one of them may have lost stiffness: the hypothesis that
-explains the records with the greatest evidence, each storey in turn, is compared with that of none.
+explains the records with the greatest evidence, each storey in turn, is compared with that of none. If floor masses are
+wrong or a calibration failed, one storey may seem much stiffer than the others. Those beside it then only seem softer,
+and none is named.
 """
 
 from collections.abc import Sequence
@@ -18,7 +20,7 @@ COMMON = 0.5
 OWN = 0.04
 """The same for each storey alone: the scatter about the design. A choice."""
 LOST = 0.5
-"""The same for a storey that has lost stiffness. A choice."""
+"""The same for a storey that differs from the others. A choice."""
 EVENT = 0.05
 """The same for the error of one record beyond its own uncertainty: no building is a frame with proportional damping."""
 FREEDOM = 4.0
@@ -28,7 +30,7 @@ ROUNDS = 20
 DECISIVE = 5.0
 """Smallest gain of log evidence for a softened storey. A choice."""
 UNDECIDED = 3.0
-"""Difference of log evidence within which another storey may be the softened one. A choice."""
+"""Difference of log evidence within which another storey may be the one that differs. A choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,18 +72,19 @@ def softened_storey(records: Sequence[StoreyStiffness]) -> SoftenedStorey | None
     known = _together(records)
     floors = known.pull.size
     sound = COMMON**2 * np.ones((floors, floors)) + OWN**2 * np.eye(floors)
-    lost = {storey: _softened(known, sound, storey) for storey in range(floors)}
-    softer = {storey: one for storey, one in lost.items() if one.change < 0}
+    each = {storey: _differing(known, sound, storey) for storey in range(floors)}
+    softer = {storey: one for storey, one in each.items() if one.change < 0}
     best = max(softer.values(), key=lambda one: one.evidence, default=None)
-    if best is None or best.evidence < known.given(sound)[0] + DECISIVE:
+    least = max(known.given(sound)[0] + DECISIVE, max(one.evidence for one in each.values()) - UNDECIDED)
+    if best is None or best.evidence < least:
         return None
     near = tuple(storey for storey, one in softer.items() if one.evidence > best.evidence - UNDECIDED)
     return SoftenedStorey(best.storey, best.change, best.std, tuple(storey for storey in near if storey != best.storey))
 
 
 @dataclass(frozen=True, slots=True)
-class _Softened:
-    """Result for the hypothesis that this storey is softened."""
+class _Differing:
+    """Result for the hypothesis that this storey alone differs, softer or stiffer."""
 
     storey: int
     evidence: float
@@ -89,21 +92,22 @@ class _Softened:
     std: float
 
 
-def _softened(known: _Known, sound: Matrix, storey: int) -> _Softened:
+def _differing(known: _Known, sound: Matrix, storey: int) -> _Differing:
     """Its stiffness against the mean of the others'."""
     floors = known.pull.size
     one = np.arange(floors) == storey
     evidence, mean, covariance = known.given(sound + LOST**2 * np.diag(one))
     against = np.where(one, 1.0, -1 / max(floors - 1, 1))
     ratio = float(np.exp(against @ mean))
-    return _Softened(storey, evidence, ratio - 1, ratio * float(np.sqrt(against @ covariance @ against)))
+    return _Differing(storey, evidence, ratio - 1, ratio * float(np.sqrt(against @ covariance @ against)))
 
 
 def _together(stiffnesses: Sequence[StoreyStiffness]) -> _Known:
     """Combined information of the records; one that contradicts the others has little weight.
 
     A calibration may settle in a wrong valley and be sure of it. Each record therefore errs by EVENT besides, and its
-    weight is that of Student's distribution (Lange, Little and Taylor, 1989), computed in turn with the mean of all.
+    weight is that of Student's distribution (Lange, Little and Taylor, 1989), computed in turn with the mean of all. No
+    record has more weight than its own uncertainty gives.
     """
     records = [_one(storeys) for storeys in stiffnesses]
     weights = np.ones(len(records))
@@ -115,7 +119,7 @@ def _together(stiffnesses: Sequence[StoreyStiffness]) -> _Known:
         floors = known.pull.size
         _, mean, _ = known.given(COMMON**2 * np.ones((floors, floors)) + LOST**2 * np.eye(floors))
         apart = [_apart(one, mean) for one in records]
-        weights = (FREEDOM + floors) / (FREEDOM + np.array(apart))
+        weights = np.minimum((FREEDOM + floors) / (FREEDOM + np.array(apart)), 1.0)
     return known
 
 

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 from urllib.parse import urljoin, urlsplit
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from playwright.sync_api import FloatRect, Page, sync_playwright
+from playwright.sync_api import FloatRect, Locator, Page, sync_playwright
 
 from service.demo.hidden_effect import RUBBER
 
@@ -148,10 +148,7 @@ def _diagnosed(page: Page, pictures: Path) -> Seen:
     page.wait_for_url("**/diagnoses/*")
     found = _asked(page, f"/diagnoses/{_number(page)}")
     for name, title in FIGURES.items():
-        figure = page.locator("figure", has_text=title).first
-        figure.scroll_into_view_if_needed()
-        figure.get_by_role("button", name="Reset zoom").wait_for()
-        figure.screenshot(path=pictures / f"{name}.png")
+        _live(page, title).screenshot(path=pictures / f"{name}.png")
     _picture(page, pictures / "lacks.png", "h2", "figure")
     return {
         "outcome": found["outcome"],
@@ -166,6 +163,22 @@ def _diagnosed(page: Page, pictures: Path) -> Seen:
             for one in found["versions"]
         },
     }
+
+
+def _live(page: Page, title: str) -> Locator:
+    """The figure whose caption begins with a title, once its chart is drawn.
+
+    Raises:
+        RuntimeError: it stays a still picture.
+    """
+    figure = page.locator("figure", has_text=title).first
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        figure.scroll_into_view_if_needed()  # what is above it may have grown
+        if figure.get_by_role("button", name="Reset zoom").is_visible():
+            return figure
+        page.wait_for_timeout(500)
+    raise RuntimeError(f"{page.url} keeps a still picture of {title!r}")
 
 
 def _improved(page: Page, effect: str, shown: Demonstration) -> Seen:

@@ -8,6 +8,7 @@ const NARROW = 560; // CSS pixels; panels beside each other would be too small
 const AXIS = 80; // CSS pixels beside a panel, for its vertical axis
 const LEAST = 120; // CSS pixels of a panel
 const AHEAD = "300px"; // charts this near to the screen are drawn
+const PAUSES = [1, 3, 10]; // s, before a chart that a busy server did not give is asked for again
 const SHARPNESS = 2; // pixels of a saved picture per CSS pixel
 const WORDS = { // inWords is of theme.js
   chart: inWords("chart"),
@@ -24,10 +25,22 @@ function loaded() {
     const script = document.createElement("script");
     script.src = LIBRARY;
     script.onload = done;
-    script.onerror = failed;
+    script.onerror = (error) => {
+      library = undefined; // the next chart asks for it again
+      failed(error);
+    };
     document.head.append(script);
   });
   return library;
+}
+
+async function answered(address) {
+  for (const pause of PAUSES) {
+    const answer = await fetch(address, { credentials: "same-origin" }).catch(() => undefined);
+    if (answer !== undefined && answer.status < 500) return answer;
+    await new Promise((done) => setTimeout(done, 1e3 * pause));
+  }
+  return fetch(address, { credentials: "same-origin" });
 }
 
 function isDark() {
@@ -290,7 +303,7 @@ class Chart {
 }
 
 async function alive(figure) {
-  const answer = await fetch(figure.dataset.chart, { credentials: "same-origin" });
+  const answer = await answered(figure.dataset.chart);
   if (!answer.ok) return;
   const [spec] = await Promise.all([answer.json(), loaded()]);
   const chart = new Chart(figure, spec);

@@ -47,6 +47,18 @@ def test_a_stiffer_storey_is_not_softened() -> None:
     assert softened_storey([reported(deviation, 0.02, np.random.default_rng(seed)) for seed in range(4)]) is None
 
 
+@pytest.mark.parametrize("stiffer", [2, 0])
+def test_storeys_beside_a_much_stiffer_one_are_not_softened(stiffer: int) -> None:
+    """Wrong floor masses make one storey seem twice as stiff, and two others a quarter softer than the rest."""
+    deviation = np.where(np.arange(FLOORS) == stiffer, 0.7, 0.0)
+    deviation[[4, 6]] = -0.3
+    assert softened_storey([reported(deviation, 0.02, np.random.default_rng(seed)) for seed in range(4)]) is None
+    deviation[stiffer], deviation[6] = 0.0, 0.0
+    found = softened_storey([reported(deviation, 0.02, np.random.default_rng(seed)) for seed in range(4)])
+    assert found is not None
+    assert found.storey == 4
+
+
 def test_one_record_that_contradicts_the_others_counts_little() -> None:
     """It is sure of what is wrong by twenty of its standard deviations."""
     rng = np.random.default_rng(3)

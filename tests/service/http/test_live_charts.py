@@ -14,7 +14,7 @@ from api_client import client
 from api_server import api_server
 from browsers import chromium, closing_pages
 from PIL import Image
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, Route
 
 from service.db import sessions as opened
 from service.http.libraries import address
@@ -94,6 +94,27 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
         still.get_by_role("link", name="Table of Restoring force, direction x").click()
     assert still.locator("tbody tr").count() > 100
     assert "restoring force (kN)" in still.inner_text("main") or "force (kN)" in still.inner_text("main")
+
+
+@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+def test_a_chart_that_a_busy_server_did_not_give_is_asked_for_again(browser: tuple[str, Browser]) -> None:
+    server, shown_by = browser
+    page = shown_by.new_page(viewport={"width": 1280, "height": 700})
+    failures = ["no connection", "503"]
+
+    def fails_at_first(route: Route) -> None:
+        if not failures:
+            route.continue_()
+        elif failures.pop() == "503":
+            route.fulfill(status=503)
+        else:
+            route.abort()
+
+    page.route("**/charts/restoring-force.json*", fails_at_first)
+    page.goto(f"{server}/events/1")
+    page.locator(CHART).scroll_into_view_if_needed()
+    page.get_by_role("button", name="Reset zoom: Restoring force, direction x").wait_for()
+    assert failures == []
 
 
 def changes_are_drawn_once_and_only_near_the_screen(page: Page) -> None:
