@@ -29,9 +29,10 @@ benchmarks.diagnosis."""
 WORTH = 0.06
 """Smallest share of the residual's power that a supported candidate must explain, however certain it is. Chosen on even
 seeds of benchmarks.diagnosis."""
-FELT = 0.01
+FELT = 0.05
 """The same of the force in N, over its noise: the residual of a superstructure's mode at its frequency may be far above
-the noise there, and is nothing to the layer."""
+the noise there, and is nothing to the layer. Chosen on even seeds up to 4 of benchmarks.diagnosis: where nothing is
+hidden, a mass on a spring took up to 0.031."""
 ALIKE_DIGITS = 6
 """Decimals of ΔBIC that count in the order of candidates; below lie rounding errors. Chosen on even seeds of
 benchmarks.diagnosis."""

@@ -5,11 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from synthetic_observations import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, RATE, motion, observations
 
+from core.building import FixedBaseModes
 from core.diagnosis.effect_search import without_needless
 from core.diagnosis.plausibility import implausible, objection
 from core.diagnosis.ranking import ScoredCandidate
+from core.estimators.result import RestoringForce
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, fitted
 from core.fitting.observation import Observation
@@ -62,6 +64,38 @@ def test_a_layer_does_not_feed_the_motion() -> None:
     against = objection("relief", result, seen())
     assert against is not None
     assert against.is_impossible
+
+
+MODES = FixedBaseModes(2 * np.pi * np.array([1.1, 3.0]), np.array([0.02, 0.03]), np.eye(2))
+SWINGS = {
+    "as the slab": ({"mass": 2e6, "frequency": 18.0, "damping": 0.6}, "it moves with the slab"),
+    "as a mode": ({"mass": 2e6, "frequency": 1.102, "damping": 0.021}, "it swings as mode 1 of the superstructure"),
+    "slower than a mode": ({"mass": 2e6, "frequency": 1.0, "damping": 0.02}, None),
+    "far from a mode": ({"mass": 2e6, "frequency": 2.0, "damping": 0.05}, None),
+}
+
+
+@pytest.mark.parametrize(("values", "reason"), SWINGS.values(), ids=SWINGS)
+def test_a_mass_that_swings_as_the_building_does_is_a_wrong_mass_of_it(
+    values: dict[str, float], reason: str | None
+) -> None:
+    rng = np.random.default_rng(1)
+    shaken = [
+        replace(
+            one,
+            conditions=replace(one.conditions, ground=RATE * np.gradient(motion(0.05, rng)[1])),
+            estimate=RestoringForce("cms", *4 * [one.layer.force], (), superstructure=MODES),
+        )
+        for one in seen()
+    ]
+    result = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "tuned_mass": values}))
+    against = objection("tuned_mass", result, shaken)
+    if reason is None:
+        assert against is None
+    else:
+        assert against is not None
+        assert against.is_impossible
+        assert against.reason.startswith(reason)
 
 
 @pytest.mark.parametrize("value", [1e-5, 0.5])
