@@ -9,7 +9,7 @@ import numpy as np
 from core.diagnosis.held_lengths import with_best_lengths
 from core.diagnosis.joint_effects import Joint, best_pair
 from core.diagnosis.plausibility import objection
-from core.diagnosis.ranking import DECISIVE, Ranking, ScoredCandidate, delta_bic
+from core.diagnosis.ranking import DECISIVE, Ranking, ScoredCandidate, are_peers, delta_bic
 from core.diagnosis.worth import Worth, excess
 from core.effects import EFFECTS
 from core.fitting.data import FitData
@@ -125,10 +125,15 @@ def best_step(ranking: Ranking) -> Step | None:
 
 
 def without_needless(alike: Sequence[ScoredCandidate]) -> list[ScoredCandidate]:
-    """Those that contain no simpler law, and those that do and are decisively better than all of them."""
+    """Those that contain no simpler law, and those that do and are decisively better than all of them but their
+    peers."""
     contain = {one.effect for one in alike if EFFECTS[one.effect].special}
-    best = min((one.delta_bic for one in alike if one.effect not in contain), default=np.inf)
-    return [one for one in alike if one.effect not in contain or one.delta_bic < best - DECISIVE]
+
+    def best_beside(effect: str) -> float:
+        simple = (one for one in alike if one.effect not in contain and not are_peers(effect, one.effect))
+        return min((one.delta_bic for one in simple), default=np.inf)
+
+    return [one for one in alike if one.effect not in contain or one.delta_bic < best_beside(one.effect) - DECISIVE]
 
 
 def _is_another(step: Step) -> bool:

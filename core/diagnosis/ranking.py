@@ -129,8 +129,8 @@ def ranked(
 ) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
-    Laws that contain simpler ones (`special` of Effect) are candidates only where no simple law explains the records:
-    they would follow a simple one at the price of a parameter or two.
+    Laws that contain simpler ones (`special` of Effect) are candidates only where no simple law explains the records,
+    which they would follow at the price of a parameter or two, or where the one that does has as many parameters.
 
     Args:
         by_noise: the records, in the order of their times, weighed by their noise.
@@ -159,8 +159,9 @@ def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: I
     own = set() if known is None else set(known.effects) - set(base.model.effects)
     simple = [name for name in effects if name in own or not EFFECTS[name].special]
     seen, fits = _searched(data, base, simple, known)
-    if not _explains(data, base, fits, floor):
-        more, their_fits = _searched(data, base, [name for name in effects if name not in simple], is_last=True)
+    contain = _worth_trying([name for name in effects if name not in simple], data, base, fits, floor)
+    if contain:
+        more, their_fits = _searched(data, base, contain, is_last=True)
         seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
@@ -206,11 +207,26 @@ def _searched(
     return seen, dict(fits)
 
 
-def _explains(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> bool:
-    """True if the model, or one of the simple laws with usual lengths, leaves hardly more than noise."""
-    usual = [fit for name, fit in fits.items() if unusual_length(name, fit.model) is None]
-    finite = [base, *(fit for fit in usual if fit.outcome is not Outcome.DIVERGED)]
-    return min(_noise_ratio(data, fit, floor) for fit in finite) <= EXPLAINED
+def _worth_trying(
+    contain: Sequence[str], data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector
+) -> list[str]:
+    """Those of the laws that contain simpler ones that are to be tried.
+
+    All, if the model and the simple laws with usual lengths leave more than noise; else those of the family of the best
+    simple law that are no less simple than it is.
+    """
+    usual = {name: fit for name, fit in fits.items() if unusual_length(name, fit.model) is None}
+    finite = {name: fit for name, fit in usual.items() if fit.outcome is not Outcome.DIVERGED}
+    if min(_noise_ratio(data, fit, floor) for fit in (base, *finite.values())) > EXPLAINED:
+        return list(contain)
+    best = min(finite, key=lambda name: finite[name].chi_square, default=None)
+    return [] if best is None else [name for name in contain if are_peers(name, best)]
+
+
+def are_peers(contains: str, simple: str) -> bool:
+    """True if a law that contains simpler ones is of another law's family and has no more parameters than it."""
+    one, other = EFFECTS[contains], EFFECTS[simple]
+    return one.family == other.family and len(one.parameters) <= len(other.parameters)
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:

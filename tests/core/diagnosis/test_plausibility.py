@@ -138,6 +138,16 @@ def test_what_depends_on_the_other_direction_needs_motion_there() -> None:
     assert implausible("biaxial_heating", result, moving) is None
 
 
+def test_a_law_that_contains_a_simpler_one_competes_with_one_of_as_many_parameters() -> None:
+    """Both have three: only second_hysteresis, of two, is simpler than sharp_hysteresis."""
+    base = fit(BOUC_WEN)
+    sharp, steel, simple = (
+        ScoredCandidate(name, base, -100.0) for name in ("sharp_hysteresis", "steel_hysteresis", "second_hysteresis")
+    )
+    assert without_needless([steel, sharp]) == [steel, sharp]
+    assert without_needless([steel, sharp, simple]) == [steel, simple]
+
+
 @pytest.mark.parametrize(
     ("braced", "named"), [(-95.0, ["power_viscous"]), (-120.0, ["braced_viscous", "power_viscous"])]
 )
