@@ -33,7 +33,8 @@ ANOTHER_OF_LITTLE, MOST_OF_IT = 0.1, 0.6
 power beyond the noise. This separates a weak second effect from the rest of a law that is not quite the true one.
 Chosen on even seeds of benchmarks.diagnosis."""
 ABOVE_NOISE = 1.1
-"""Noise ratio from which on ANOTHER_OF_LITTLE and MOST_OF_IT apply. Chosen on even seeds of benchmarks.diagnosis."""
+"""Noise ratio from which on a residual holds more than noise: ANOTHER_OF_LITTLE and MOST_OF_IT apply. Chosen on even
+seeds of benchmarks.diagnosis."""
 LOWERS = 0.98
 """Largest ratio of the force's error in N after and before an effect for which the effect is named. Chosen on even
 seeds of benchmarks.diagnosis."""

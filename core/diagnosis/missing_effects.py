@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from core.diagnosis.effect_search import Step, best_step, is_off, searched, unreported
+from core.diagnosis.effect_search import ABOVE_NOISE, Step, best_step, is_off, searched, unreported
 from core.diagnosis.naming import (
     FEW_RATIOS,
     NEARLY,
@@ -180,7 +180,8 @@ def diagnosed(
 def _outcome(
     steps: Sequence[Step], before: Unexplained, left: Unexplained, left_held_out: float, *, is_supported: bool
 ) -> Outcome:
-    """Outcome; an effect that the records support but that was not added leaves an unknown cause.
+    """Outcome; an effect that the records support but that was not added leaves an unknown cause, if there was more
+    than noise without it.
 
     Args:
         steps: effects that earned a name.
@@ -190,7 +191,8 @@ def _outcome(
         is_supported: whether the records supported any effect at first.
     """
     if not steps:
-        return Outcome.UNKNOWN if before.is_there or is_supported else Outcome.NOTHING_MISSING
+        is_lacking = is_supported and before.noise_ratio > ABOVE_NOISE
+        return Outcome.UNKNOWN if before.is_there or is_lacking else Outcome.NOTHING_MISSING
     if left.is_there and left.excess > MOST_UNEXPLAINED * before.excess:
         return Outcome.UNKNOWN
     sets = [{one.effect for one in step.alike} for step in steps]
