@@ -89,6 +89,9 @@ def searched(
     while len(steps) > PAIR and (now := error(last.data, last.base)) < LOWERS * lowest:
         lowest = now
         steps, last = _added(*swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
+    if len(steps) > 1:  # beside the others, a simpler law may do
+        containing = [step for step in steps if EFFECTS[step.chosen.effect].special]
+        steps, last = swapped(steps, last, rank, report_step, containing)
     return steps, last
 
 
