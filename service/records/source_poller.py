@@ -123,7 +123,7 @@ class SourcePoller:
                 read_again_with_this_version(session, building)
         if found.is_to_read_again or found.is_to_read:  # stored by an interrupted poll, or readable by now
             self._read(building)
-        if described.source is None:
+        if described.source is None or self.stopped():
             return True
         if described.source.kind == "seedlink":
             self.follow(building, described, described.source)
@@ -204,9 +204,12 @@ class SourcePoller:
         return store(session, building, name, origin, data, now)
 
     def _read(self, building: Building) -> None:
-        """Read the stored files, each in a transaction of its own, so that a failure does not block the others."""
+        """Read the stored files, each in a transaction of its own, so that a failure does not block the others.
+
+        Those that are left when the poller is to stop are read by the next poll.
+        """
         failed: list[int] = []
-        while (recording := self._next_stored(building, failed)) is not None:
+        while not self.stopped() and (recording := self._next_stored(building, failed)) is not None:
             with self.sessions.begin() as session:
                 row = session.get_one(Recording, recording.id)
                 if recording.id in self.interrupted:

@@ -151,6 +151,28 @@ def test_what_was_stored_before_a_crash_is_read_at_the_next_look(sessions: sessi
         assert session.scalars(select(Event)).one().state == "queued"
 
 
+def test_a_poller_that_is_to_stop_leaves_the_other_files_to_the_next_poll(sessions: sessionmaker[Session]) -> None:
+    """Also at the start of a poll, where files of an interrupted one are waiting."""
+    with sessions.begin() as session:
+        building = building_store.add(session, building_file("folder", "/nowhere"), Path("/"), NOW)
+        for number in range(3):
+            later = miniseed(stream(START + timedelta(hours=number)))
+            store(session, building, f"{number}.mseed", "test", kept(later), NOW)
+
+    def read() -> int:
+        with sessions() as session:
+            return len(session.scalars(select(Recording).where(Recording.state == "read")).all())
+
+    stopping = SourcePoller(sessions, SETTINGS, clock=lambda: NOW, stopped=lambda: read() > 0)
+    assert stopping.poll("TOWER")
+    assert read() == 1
+    with sessions() as session:
+        assert session.scalars(select(SourceState)).all() == []
+    look(sessions)
+    assert read() == 3
+    assert state(sessions).failing_since == NOW, "the folder is not there, which the second poll saw"
+
+
 @pytest.fixture
 def stumbling(sessions: sessionmaker[Session]) -> int:
     """A stored recording over which the code fails, with a sound one behind it; the id of the first.
