@@ -100,7 +100,9 @@ def _unfinished(session: Session) -> Iterator[str]:
     for job in session.scalars(select(Job).where(Job.state.not_in(FINISHED)).order_by(Job.id)):
         yield f"job {job.id} ({job.kind}) is {job.state}: {job.error or job.refusal or 'no error'}"
     for delivery in session.scalars(select(Delivery).where(Delivery.state.not_in(ENDED)).order_by(Delivery.id)):
-        yield f"delivery {delivery.id} is {delivery.state}"
+        answers = [one.answer or "no answer" for one in delivery.attempts]
+        last = f", the last: {answers[-1]}" if answers else ""
+        yield f"delivery {delivery.id} is {delivery.state} after {len(answers)} attempts{last}"
 
 
 def differences(
