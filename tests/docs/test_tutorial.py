@@ -97,7 +97,8 @@ def looked_at(browser: Browser, address: str, names: Iterable[str]) -> Iterator[
         browser.new_context(java_script_enabled=False) as inactive,
         walk.reader(address) as client,
     ):
-        active.set_default_timeout(1e3 * writer.PATIENCE)
+        for context in (active, inactive):
+            context.set_default_timeout(1e3 * writer.PATIENCE)
         page, still = active.new_page(), inactive.new_page()
         for kind, path in walk.pages(client):
             page.goto("about:blank")  # which has no charts to draw again
