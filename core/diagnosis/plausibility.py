@@ -35,10 +35,8 @@ APART = 0.5
 of benchmarks.diagnosis, at the best values of a mass on a spring. Where the building's masses are wrong, its force
 correlates by 0.984 to 1.000 with that of a rigid mass or of a mode, and the rest is 0.003 to 0.073; where there is one
 or two, by 0.42 to 0.946, but once 0.991, and the rest is 2.9 and 6.0 in the two cases above 0.9."""
-SWINGING = "tuned_mass"
-"""Effect on which the absolute acceleration of the slab acts, as on a mass of the building."""
 RIGID = {"mass": 1.0, "frequency": 29.0, "damping": 0.7}
-"""Values of it at which it moves with the slab, its frequency near the end of its range."""
+"""Values of a mass on a spring at which it moves with the slab, its frequency near the end of its range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,11 +123,12 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
     The force is estimated from masses and accelerations. If the mass of the slab is wrong its error is that of a rigid
     mass; if those of the floors are wrong, that of masses on springs with the modes of the superstructure.
     """
-    if effect != SWINGING:
-        return None
+    about = EFFECTS[effect]
+    if "ground" not in about.needs or {one.name for one in about.parameters} != RIGID.keys():
+        return None  # it is no mass on a spring, on which the slab's absolute acceleration acts
     values, data = fit.model.effects[effect], FitData.by_noise(observations)
-    own = _whitened(values, data)
-    if _are_same(own, _whitened(RIGID, data)):
+    own = _whitened(effect, values, data)
+    if _are_same(own, _whitened(effect, RIGID, data)):
         return "it moves with the slab: a mass in the building file is rather wrong"
     for modes in (one.estimate.superstructure for one in observations if one.estimate is not None):
         if modes is None:
@@ -137,7 +136,7 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
         near = int(np.argmin(np.abs(np.log(modes.frequency / values["frequency"]))))
         frequency, damping = modes.frequency[near], modes.damping_ratio[near]
         as_mode = {"mass": 1.0, "frequency": frequency, "damping": damping}
-        if _are_same(own, _whitened(as_mode, data)):
+        if _are_same(own, _whitened(effect, as_mode, data)):
             return (
                 f"it swings as mode {near + 1} of the superstructure, at {frequency:.3g} Hz: the floors' masses in the "
                 "building file are rather wrong"
@@ -145,9 +144,9 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
     return None
 
 
-def _whitened(values: Mapping[str, float], data: FitData) -> Vector:
-    """(m,) force of a mass on a spring in all earthquakes, whitened."""
-    alone = Isolator({SWINGING: values})
+def _whitened(effect: str, values: Mapping[str, float], data: FitData) -> Vector:
+    """(m,) force of an effect alone in all earthquakes, whitened."""
+    alone = Isolator({effect: values})
     forces = (response_to(excitation_by(one), alone).force for one in data.observations)
     each = zip(data.whitenings, forces, strict=True)
     return np.concatenate([whitening.of(force[None])[0] for whitening, force in each])
