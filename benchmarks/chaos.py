@@ -112,7 +112,7 @@ def main(
         postgres = None
         if database is Database.POSTGRESQL:
             postgres = stack.enter_context(databases.own_server())
-            databases.prepare(postgres.get_uri())
+            databases.prepare(postgres.get_uri(), databases.KILLABLE)
         with service(database, postgres) as run:
             calm_run(run, count, begin)
             calm, left = finished(run)

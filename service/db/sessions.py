@@ -134,7 +134,7 @@ def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's 
     if not connection.execute("PRAGMA page_count").fetchone()[0]:  # a file with pages would be locked for writing
         connection.execute("PRAGMA auto_vacuum=INCREMENTAL")  # an old file has it after a VACUUM
     _write_ahead(connection)
-    for pragma in ("synchronous=NORMAL", "foreign_keys=ON"):
+    for pragma in ("synchronous=FULL", "foreign_keys=ON"):  # FULL: what is committed outlives a loss of power
         connection.execute(f"PRAGMA {pragma}")
 
 

@@ -37,6 +37,8 @@ TEMPORARY = 500 * MIB
 CROWDED = 0.9
 """Fraction of a server's connections in use from which on it is noted. Not tuned."""
 NTP = "let all machines follow a time server (NTP)"
+DURABLE = ("fsync", "full_page_writes", "synchronous_commit")
+"""Settings of a PostgreSQL server; with one of them off, a crash loses what was committed, or damages the database."""
 SAMPLE = 3
 """Original files that are read as a sample; `menshin storage check` reads all."""
 LOCKED = 3
@@ -89,7 +91,12 @@ def of_database(settings: Settings, sessions: sessionmaker[Session]) -> Iterator
 
 
 def _server(session: Session) -> Iterator[Found]:
-    """Connections and blocked sessions of a PostgreSQL server."""
+    """Durability, connections and blocked sessions of a PostgreSQL server."""
+    if off := [name for name in DURABLE if session.scalar(select(func.current_setting(name))) == "off"]:
+        yield note(
+            f"the database's server has {' and '.join(off)} off: a crash can lose records and make messages come twice",
+            "set it to on" if len(off) == 1 else "set them to on",
+        )
     used, most = session.execute(
         text("SELECT (SELECT count(*) FROM pg_stat_activity), current_setting('max_connections')::int")
     ).one()

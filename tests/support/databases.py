@@ -4,7 +4,7 @@ import atexit
 import itertools
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -19,8 +19,11 @@ from service.db import migrate
 
 NUMBERS = itertools.count()
 TEMPLATE = "migrated"
-QUICK = ("fsync = off", "synchronous_commit = off", "full_page_writes = off", "max_wal_size = '128MB'")
-"""Settings of a server whose data need not outlive a loss of power, and may be in memory."""
+KILLABLE = ("fsync = off", "full_page_writes = off", "max_wal_size = '128MB'")
+"""Settings of a server whose data need not outlive a loss of power, and may be in memory. What it committed outlives a
+kill of its processes."""
+QUICK = (*KILLABLE, "synchronous_commit = off")
+"""Settings of a server that nothing kills: it keeps the last commits to itself for up to a second."""
 
 
 def sqlite(folder: Path, name: str = "menshin.sqlite") -> str:
@@ -59,9 +62,9 @@ def own_server(within: Path | None = None) -> Iterator[Any]:
         rmtree(folder, ignore_errors=True)
 
 
-def prepare(server: str) -> None:
+def prepare(server: str, settings: Sequence[str] = QUICK) -> None:
     """Make a server of PostgreSQL quick and give it the database that the others are copies of."""
-    quick = [f"ALTER SYSTEM SET {setting}" for setting in QUICK]
+    quick = [f"ALTER SYSTEM SET {setting}" for setting in settings]
     _at(server, *quick, "SELECT pg_reload_conf()", f"CREATE DATABASE {TEMPLATE}")
     migrate.upgrade(make_url(server).set(database=TEMPLATE).render_as_string(hide_password=False))
 

@@ -10,6 +10,8 @@ from sqlalchemy.orm import sessionmaker
 from service.db.room import INCREMENTAL
 from service.db.sessions import engine, reading
 
+FULL = 2
+"""SQLite's number of `synchronous = FULL`."""
 TOGETHER = 6
 FILES = 100
 """Before SQLite was waited for, one new file in twenty was locked for one of six."""
@@ -28,6 +30,13 @@ def test_a_new_sqlite_file_is_opened_by_many_at_once(tmp_path: Path) -> None:
         for number in range(FILES):
             for done in [pool.submit(opened, number) for _ in range(TOGETHER)]:
                 done.result()
+
+
+def test_sqlite_writes_to_the_disk_at_every_commit(tmp_path: Path) -> None:
+    made = engine(f"sqlite:///{tmp_path / 'menshin.sqlite'}")
+    with made.connect() as connection:
+        assert connection.scalar(text("PRAGMA synchronous")) == FULL, "a commit outlives a loss of power"
+    made.dispose()
 
 
 def test_a_new_connection_reads_at_once_while_another_one_writes(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from threading import Thread
 from time import monotonic
 from typing import Any
 
+import databases
 import pytest
 from command import menshin
 from monitoring_server import Page, building_file, monitoring_server
@@ -71,6 +72,13 @@ def bad(findings: tuple[Finding, ...]) -> dict[str, str]:
     found = [one for one in findings if one.state in (State.WRONG, State.UNKNOWN)]
     assert all(one.helps for one in found)
     return {one.check: one.found for one in found}
+
+
+def notes(findings: tuple[Finding, ...], check: str) -> list[str]:
+    """What a check has noted; every note comes with a remedy."""
+    found = [one for one in findings if one.state is State.NOTE and one.check == check]
+    assert all(one.helps for one in found)
+    return [one.found for one in found]
 
 
 def test_a_healthy_installation(sessions: sessionmaker[Session], database_url: str, tmp_path: Path) -> None:
@@ -187,6 +195,17 @@ def test_a_database_of_an_earlier_version(sessions: sessionmaker[Session], datab
     assert found["the rest"] == "everything else needs the database"
     with sessions() as session:
         assert session.scalar(text("SELECT version_num FROM alembic_version")) == "0020_tables"
+
+
+def test_a_server_that_may_lose_what_it_committed(stoppable_postgres: Any) -> None:  # noqa: ANN401  untyped
+    server = stoppable_postgres.get_uri()
+    databases.prepare(server, ())
+    with databases.postgresql(server) as url:
+        assert notes(examination(url), "database") == []
+        databases.alter(server, url, "SET synchronous_commit = off")
+        assert notes(examination(url), "database") == [
+            "the database's server has synchronous_commit off: a crash can lose records and make messages come twice"
+        ]
 
 
 @pytest.mark.sqlite
