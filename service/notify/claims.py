@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from random import Random
 
-from sqlalchemy import Select, and_, case, delete, exists, or_, select, update
+from sqlalchemy import Select, and_, case, delete, exists, func, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.buildings.recipient_rules import SEVERITIES, shown_address
@@ -34,13 +34,13 @@ class RetryPolicy:
     longest: timedelta
     """Longest pause."""
 
-    def pause(self, tries: int, rng: Random) -> timedelta:
-        """Pause after this many attempts: doubled each time, less a random part, so that not all deliveries to one
-        server come back at once.
+    def pause(self, failures: int, rng: Random) -> timedelta:
+        """Pause after this many attempts that failed: doubled each time, less a random part, so that not all deliveries
+        to one server come back at once.
 
         Exponential backoff with equal jitter (Brooker, Exponential Backoff And Jitter, 2015).
         """
-        full = min(self.longest, self.delay * 2.0 ** min(tries - 1, 32))
+        full = min(self.longest, self.delay * 2.0 ** min(failures - 1, 32))
         return full * rng.uniform(0.5, 1.0)
 
 
@@ -53,12 +53,19 @@ class Claim:
     """Fencing token: number of the claim, and of the attempt."""
     tries: int
     """Attempts since it was put into the outbox or replayed, this one included."""
+    lost: int
+    """Attempts whose process died: they say nothing of the recipient."""
     is_repeat: bool
     """True if an earlier attempt may have arrived."""
     receiver: str
     """Code of the building and name of the recipient."""
     language: Language
     """In which the recipient gets messages."""
+
+    @property
+    def failures(self) -> int:
+        """Attempts that the recipient or the way to it has failed, should this one fail too."""
+        return max(1, self.tries - self.lost)
 
 
 def claim(session: Session, now: datetime, lease: timedelta, policy: RetryPolicy) -> Claim | None:
@@ -94,7 +101,7 @@ def finish(
         return _change(session, claimed, state="delivered", finished_at=now, kept_at=now)
     if result.is_final or claimed.tries >= policy.attempts:
         return _change(session, claimed, state="failed", finished_at=now)
-    return _change(session, claimed, state="waiting", due_at=now + policy.pause(claimed.tries, rng))
+    return _change(session, claimed, state="waiting", due_at=now + policy.pause(claimed.failures, rng))
 
 
 def withdraw(session: Session, claimed: Claim) -> bool:
@@ -153,6 +160,8 @@ def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta
     of_delivery = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.address == address)
     reached = exists().where(*of_delivery, DeliveryAttempt.outcome != "not_taken")
     is_repeat = bool(session.scalar(select(reached)))
+    died = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.answer == texts.PROCESS_DIED)
+    lost = session.scalars(select(func.count()).where(*died)).one()
     delivery.state, delivery.claimed_until = "sending", now + lease
     delivery.claims, delivery.tries = delivery.claims + 1, delivery.tries + 1
     session.add(
@@ -167,7 +176,7 @@ def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta
     session.flush()
     receiver = f"{delivery.receiver.building.code}/{delivery.receiver.name}"
     language = known(delivery.receiver.language) or ENGLISH
-    return Claim(delivery.id, delivery.claims, delivery.tries, is_repeat, receiver, language)
+    return Claim(delivery.id, delivery.claims, delivery.tries, lost, is_repeat, receiver, language)
 
 
 def _change(session: Session, claimed: Claim, **values: object) -> bool:

@@ -300,8 +300,21 @@ def test_one_over_which_processes_die_is_given_up(stage: Stage) -> None:
     assert [one.outcome for one in stage.attempts()] == ["unknown"] * 3
 
 
-@given(tries=st.integers(1, 10_000), seed=st.integers(0, 2**32))
-def test_pauses_grow_to_the_longest_and_never_beyond(tries: int, seed: int) -> None:
-    pause = PATIENCE.pause(tries, Random(seed))
-    full = min(60.0, 10.0 * 2.0 ** min(tries - 1, 10))
+def test_a_process_that_dies_does_not_lengthen_the_pause(stage: Stage) -> None:
+    stage.add_recipient("email", "manager@example.org")
+    stage.put("Earthquake")
+    assert claimed(stage, NOW) is not None
+    later = NOW + LEASE * 1.1
+    second = claimed(stage, later)
+    assert second is not None
+    assert finished(stage, second, DeliveryResult("not_taken", "451 come back later"), later)
+    with stage.sessions() as session:
+        due = session.scalars(select(Delivery.due_at)).one()
+    assert due - later <= PATIENCE.delay, "as after the first answer"
+
+
+@given(failures=st.integers(1, 10_000), seed=st.integers(0, 2**32))
+def test_pauses_grow_to_the_longest_and_never_beyond(failures: int, seed: int) -> None:
+    pause = PATIENCE.pause(failures, Random(seed))
+    full = min(60.0, 10.0 * 2.0 ** min(failures - 1, 10))
     assert full / 2 <= pause.total_seconds() <= full
