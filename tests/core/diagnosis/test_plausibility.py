@@ -69,6 +69,7 @@ def test_a_layer_does_not_feed_the_motion() -> None:
 MODES = FixedBaseModes(2 * np.pi * np.array([1.1, 3.0]), np.array([0.02, 0.03]), np.eye(2))
 SWINGS = {
     "as the slab": ({"mass": 2e6, "frequency": 18.0, "damping": 0.6}, "it moves with the slab"),
+    "as the slab and a mode together": ({"mass": 2e6, "frequency": 5.0, "damping": 0.1}, "it moves with the slab"),
     "as a mode": ({"mass": 2e4, "frequency": 1.102, "damping": 0.021}, "it swings as mode 1 of the superstructure"),
     "so strongly that the mode's frequency is another": ({"mass": 2e6, "frequency": 1.102, "damping": 0.021}, None),
     "slower than a mode": ({"mass": 2e6, "frequency": 1.0, "damping": 0.02}, None),
