@@ -325,6 +325,7 @@ def _settings(folder: Path, box: MailServer, port: int) -> dict[str, str]:
         "MENSHIN_POLLING__CONCURRENCY": "1",
         "MENSHIN_EVENT__GRACE": "0",
         "MENSHIN_JOBS__LEASE": "2",
+        "MENSHIN_JOBS__ATTEMPTS": "30",
         "MENSHIN_JOBS__WORKERS": "2",
         "MENSHIN_JOBS__KEPT_ROOM": "0",
         "MENSHIN_DATA_HEALTH__INTERVAL": "1",

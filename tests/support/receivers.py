@@ -94,7 +94,7 @@ def webhook_server(tls: ssl.SSLContext | None = None) -> Iterator[WebhookServer]
         server.server_close()
 
 
-@dataclass  # without slots: aiosmtpd reads all attributes, and Python before 3.11.3 then fails at `__weakref__`
+@dataclass(slots=True)
 class MailServer:
     """A mail server that keeps what it takes."""
 
@@ -113,20 +113,28 @@ class MailServer:
         """Received mails, the earliest first."""
         return [message_from_bytes(one, policy=default) for one in self.raw]
 
+
+class MailHandler:
+    """Answers of a mail server; an object of its own, because aiosmtpd reads all attributes of a handler at every
+    connection."""
+
+    def __init__(self, box: MailServer) -> None:
+        self._box = box
+
     async def handle_RCPT(  # noqa: N802  aiosmtpd calls it so
         self, server: SMTP, session: Session, envelope: Envelope, address: str, options: list[str]
     ) -> str:
-        if address in self.refuses:
-            return self.refuses[address]
+        if address in self._box.refuses:
+            return self._box.refuses[address]
         envelope.rcpt_tos.append(address)
         return "250 fine"
 
     async def handle_DATA(self, server: SMTP, session: Session, envelope: Envelope) -> str:  # noqa: N802
-        if self.after_data.startswith("2"):
+        if self._box.after_data.startswith("2"):
             assert isinstance(envelope.content, bytes)
-            self.raw.append(envelope.content)
-        self.meanwhile()
-        return self.after_data
+            self._box.raw.append(envelope.content)
+        self._box.meanwhile()
+        return self._box.after_data
 
 
 @contextmanager
@@ -139,7 +147,7 @@ def mail_server(tls: ssl.SSLContext | None = None, password: str | None = None) 
         return AuthResult(success=given.password.decode() == password, handled=False)
 
     controller = Controller(
-        made,
+        MailHandler(made),
         hostname=made.host,
         port=free_port(0),
         tls_context=tls,
