@@ -29,7 +29,7 @@ CERTAIN = 3.0
 FED = 0.05
 """Energy that numerical errors may feed into the motion, as a share of the layer's work. A choice."""
 SAME = 0.97
-"""Correlation of a mass' whitened force with what wrong masses can make, from which on it may be that,"""
+"""Correlation of a mass's whitened force with what wrong masses can make, from which on it may be that,"""
 APART = 0.5
 """and power of the rest, which neither they nor the model's other parameters make, over the noise's, from which on it
 is not. Both chosen on even seeds of benchmarks.diagnosis, where the correlation is 0.984 to 1.000 if masses are wrong.

@@ -64,7 +64,7 @@ class Claim:
 
     @property
     def failures(self) -> int:
-        """Attempts that the recipient or the way to it has failed, should this one fail too."""
+        """Attempts that have failed if this one fails too, without those whose process died."""
         return max(1, self.tries - self.lost)
 
 
