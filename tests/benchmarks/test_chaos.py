@@ -120,7 +120,7 @@ def stuck_delivery(session: Session) -> None:
         (doubled_alert, ["doubled alerts"]),
         (lost_message, ["lost messages"]),
         (stuck_job, ["stuck job 1 (analyse) is running"]),
-        (stuck_delivery, ["stuck delivery 1 is sending"]),
+        (stuck_delivery, ["stuck delivery 1 is sending after 0 attempts"]),
     ],
 )
 def test_a_difference_is_found(finished: Session, change: Callable[[Session], None], wanted: list[str]) -> None:
