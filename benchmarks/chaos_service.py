@@ -265,8 +265,8 @@ class Run:
                     self.notes.append(f"the {name} ended with {code}")
             except psutil.TimeoutExpired:
                 left.append(f"{name} did not end")
-        psutil.wait_procs(self.orphans, timeout=GONE)
-        alive = {one for one in self.orphans if one.is_running()}  # its number may have another process by now
+        _, waited_for = psutil.wait_procs(self.orphans, timeout=GONE)
+        alive = {one for one in waited_for if one.is_running()}  # its number may have another process by now
         strangers = (one for one in marked(self.mark) if one.pid != self.copied.pid and not _is_nursery(one))
         left += [f"process {one.pid} ({one.name()})" for one in {*alive, *strangers}]
         return left

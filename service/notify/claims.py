@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from random import Random
 
-from sqlalchemy import Select, and_, case, delete, exists, func, or_, select, update
+from sqlalchemy import Select, and_, case, delete, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.buildings.recipient_rules import SEVERITIES, shown_address
@@ -54,7 +54,7 @@ class Claim:
     tries: int
     """Attempts since it was put into the outbox or replayed, this one included."""
     lost: int
-    """Attempts whose process died: they say nothing of the recipient."""
+    """Those of them whose process died: they say nothing of the recipient."""
     is_repeat: bool
     """True if an earlier attempt may have arrived."""
     receiver: str
@@ -160,8 +160,9 @@ def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta
     of_delivery = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.address == address)
     reached = exists().where(*of_delivery, DeliveryAttempt.outcome != "not_taken")
     is_repeat = bool(session.scalar(select(reached)))
-    died = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.answer == texts.PROCESS_DIED)
-    lost = session.scalars(select(func.count()).where(*died)).one()
+    answers = select(DeliveryAttempt.answer).where(DeliveryAttempt.delivery_id == delivery.id)
+    latest = session.scalars(answers.order_by(DeliveryAttempt.number.desc()).limit(delivery.tries)).all()
+    lost = latest.count(texts.PROCESS_DIED)
     delivery.state, delivery.claimed_until = "sending", now + lease
     delivery.claims, delivery.tries = delivery.claims + 1, delivery.tries + 1
     session.add(

@@ -63,9 +63,9 @@ def own_server(within: Path | None = None) -> Iterator[Any]:
 
 
 def prepare(server: str, settings: Sequence[str] = QUICK) -> None:
-    """Make a server of PostgreSQL quick and give it the database that the others are copies of."""
-    quick = [f"ALTER SYSTEM SET {setting}" for setting in settings]
-    _at(server, *quick, "SELECT pg_reload_conf()", f"CREATE DATABASE {TEMPLATE}")
+    """Change settings of a PostgreSQL server, and give it the database that the others are copies of."""
+    changes = [f"ALTER SYSTEM SET {setting}" for setting in settings]
+    _at(server, *changes, "SELECT pg_reload_conf()", f"CREATE DATABASE {TEMPLATE}")
     migrate.upgrade(make_url(server).set(database=TEMPLATE).render_as_string(hide_password=False))
 
 

@@ -75,7 +75,7 @@ def bad(findings: tuple[Finding, ...]) -> dict[str, str]:
 
 
 def notes(findings: tuple[Finding, ...], check: str) -> list[str]:
-    """What a check has noted; every note comes with a remedy."""
+    """Notes of one check. Each must come with a remedy."""
     found = [one for one in findings if one.state is State.NOTE and one.check == check]
     assert all(one.helps for one in found)
     return [one.found for one in found]
@@ -197,15 +197,18 @@ def test_a_database_of_an_earlier_version(sessions: sessionmaker[Session], datab
         assert session.scalar(text("SELECT version_num FROM alembic_version")) == "0020_tables"
 
 
-def test_a_server_that_may_lose_what_it_committed(stoppable_postgres: Any) -> None:  # noqa: ANN401  untyped
-    server = stoppable_postgres.get_uri()
-    databases.prepare(server, ())
-    with databases.postgresql(server) as url:
-        assert notes(examination(url), "database") == []
-        databases.alter(server, url, "SET synchronous_commit = off")
-        assert notes(examination(url), "database") == [
-            "the database's server has synchronous_commit off: a crash can lose records and make messages come twice"
-        ]
+def test_a_server_that_may_lose_what_it_committed() -> None:
+    with databases.own_server() as server:
+        address = server.get_uri()
+        databases.prepare(address, ())
+        with databases.postgresql(address) as url:
+            before = examination(url)
+            databases.alter(address, url, "SET synchronous_commit = off")
+            after = examination(url)
+    assert notes(before, "database") == []
+    assert notes(after, "database") == [
+        "the database's server has synchronous_commit off: a crash can lose records and make messages come twice"
+    ]
 
 
 @pytest.mark.sqlite

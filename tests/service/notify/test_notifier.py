@@ -313,6 +313,24 @@ def test_a_process_that_dies_does_not_lengthen_the_pause(stage: Stage) -> None:
     assert due - later <= PATIENCE.delay, "as after the first answer"
 
 
+def test_processes_that_died_before_a_replay_do_not_shorten_the_pauses_after_it(stage: Stage) -> None:
+    stage.add_recipient("email", "manager@example.org")
+    stage.put("Earthquake")
+    now = NOW
+    while claimed(stage, now) is not None:
+        now += LEASE * 1.1
+    with stage.sessions.begin() as session:
+        claims.replay(session.scalars(select(Delivery)).one(), now)
+    for _ in range(2):
+        held = claimed(stage, now)
+        assert held is not None
+        assert finished(stage, held, DeliveryResult("not_taken", "451 come back later"), now)
+        with stage.sessions() as session:
+            due = session.scalars(select(Delivery.due_at)).one()
+        pause, now = due - now, due
+    assert pause >= PATIENCE.delay, "as after the second answer"
+
+
 @given(failures=st.integers(1, 10_000), seed=st.integers(0, 2**32))
 def test_pauses_grow_to_the_longest_and_never_beyond(failures: int, seed: int) -> None:
     pause = PATIENCE.pause(failures, Random(seed))
