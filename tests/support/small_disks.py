@@ -1,5 +1,6 @@
 """File systems of a few MiB, which are full soon."""
 
+import errno
 import os
 import shutil
 import subprocess
@@ -31,8 +32,13 @@ def small_disk(folder: Path, size: str) -> Iterator[Path]:
 
 
 def fill(folder: Path, left: int = 0) -> Path:
-    """Write a file that leaves so many bytes of the file system; remove it to have room again."""
+    """Write a file that leaves so many bytes of the file system, while others write; remove it to have room again."""
     filling = folder / "filling"
     with filling.open("wb") as file:
-        os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(folder).free - left)
+        while (more := shutil.disk_usage(folder).free - left) > 0:
+            try:
+                os.posix_fallocate(file.fileno(), file.seek(0, os.SEEK_END), more)
+            except OSError as error:
+                if error.errno != errno.ENOSPC:  # another writer took a part of it since
+                    raise
     return filling
