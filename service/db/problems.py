@@ -69,6 +69,11 @@ PASSING = (
     *("closed the connection", "database is locked"),
 )
 """Parts of drivers' messages for temporary problems: the database does not answer or is busy."""
+UNDONE: dict[str, str] = {
+    "40P01": "it and another transaction waited for each other",
+    "40001": "it and another transaction changed the same rows",
+}
+"""Reason why PostgreSQL undoes a transaction that can be repeated, by its code: a deadlock, a failed serialization."""
 NOTE = "about: "
 """Prefix of the note that names the database of an error."""
 THE_DATABASE = "the database "
@@ -102,6 +107,8 @@ def problem(error: SQLAlchemyError) -> str | None:
         return f"{_name(error)} is busy; try again later"
     if not isinstance(error, DBAPIError) or isinstance(error, IntegrityError | DataError):
         return None
+    if reason := undone(error):
+        return f"{_name(error)} undid this transaction, because {reason}; try again"
     of_file = type(error.orig).__module__.startswith("sqlite3")
     if of_file and _is_on_read_only_file_system(error):
         return f"{_name(error)} is on a read-only file system; {WRITABLE}"
@@ -118,6 +125,11 @@ def is_away(error: SQLAlchemyError) -> bool:
     if isinstance(error, PoolTimeoutError):
         return True
     return isinstance(error, DBAPIError) and any(part in _driver_message(error).lower() for part in PASSING)
+
+
+def undone(error: SQLAlchemyError) -> str | None:
+    """The reason why the database undid a transaction, which can be repeated at once; None for any other error."""
+    return UNDONE.get(getattr(error.orig, "sqlstate", None) or "") if isinstance(error, DBAPIError) else None
 
 
 def _driver_message(error: DBAPIError) -> str:
@@ -164,21 +176,30 @@ class Attempts:
 
     log: Logger
     failed: int = 0
-    """Number of consecutive failures."""
+    """Number of consecutive attempts at which the database did not answer."""
 
     @contextmanager
     def one(self) -> Iterator[None]:
-        """One attempt, which ends early if the database does not answer; other errors are raised."""
+        """One attempt, which ends early if the database does not answer or undoes it; other errors are raised."""
         try:
             yield
         except OperationalError as error:
+            if reason := undone(error):
+                self._note_answer()
+                self.log.warning(
+                    "the database undid a transaction, because %s; it is repeated (%s)", reason, _driver_message(error)
+                )
+                return
             if not self.failed:
                 self.log.warning("the database cannot be used, trying again: %s", problem(error) or error.orig)
             self.failed += 1
         else:
-            if self.failed:
-                self.log.warning("the database is back")
-            self.failed = 0
+            self._note_answer()
+
+    def _note_answer(self) -> None:
+        if self.failed:
+            self.log.warning("the database is back")
+        self.failed = 0
 
     def pause(self, usual: float) -> float:
         """s until the next attempt: `usual` while the database answers, doubled after each consecutive failure."""

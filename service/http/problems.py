@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from service.access.auth import is_narrowed
+from service.db.problems import undone
 from service.errors import NotFoundError, ServiceError
 from service.http.request_ids import HEADER, IDENTITY
 
@@ -25,6 +26,7 @@ ROLE_TOO_LOW = " If it exists, your role there is too low for this request."
 UNREACHABLE = (OperationalError, InterfaceError, PoolTimeoutError)
 """Database errors that mean that the database does not answer or is too busy."""
 AWAY = "The database does not answer or cannot be written. The service continues as soon as it can; try again soon."
+UNDONE = "Another change of the same data was made at the same time, and this one was undone. Try again."
 RETRY_AFTER = 5
 """s, suggested to clients while the database does not answer."""
 METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
@@ -91,9 +93,11 @@ def secret_key_problem(_: Request, error: Exception) -> Response:
     return problem(503, str(error))
 
 
-def database_problem(_: Request, __: Exception) -> Response:
-    """The problem document while the database does not answer or is too busy: the client should try again."""
-    return problem(503, AWAY, {"Retry-After": str(RETRY_AFTER)})
+def database_problem(_: Request, error: Exception) -> Response:
+    """The problem document while the database does not answer, is too busy, or undid a change: the client should try
+    again."""
+    is_undone = isinstance(error, OperationalError) and undone(error) is not None
+    return problem(503, UNDONE if is_undone else AWAY, {"Retry-After": str(RETRY_AFTER)})
 
 
 def install(app: FastAPI) -> None:

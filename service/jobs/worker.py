@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.errors import CoreError
 from service import logs
 from service.db import process_leases
-from service.db.problems import Attempts
+from service.db.problems import Attempts, problem
 from service.db.process_leases import WORKING
 from service.db.sessions import reading
 from service.errors import StoreAwayError
@@ -220,7 +220,7 @@ class Worker:
             with self.sessions.begin() as session:
                 process_leases.give_up(session, WORKING, self.holder)
         except OperationalError as error:
-            log.warning("the database cannot be used, the claims will lapse by themselves: %s", error.orig)
+            log.warning("the claims were not returned and will lapse by themselves: %s", problem(error) or error.orig)
         self.running.clear()
 
     def _stop(self, futures: Collection[Future[Any]]) -> None:

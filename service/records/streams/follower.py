@@ -18,6 +18,7 @@ from service import parsing
 from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.tables import Building
 from service.db import process_leases
+from service.db.problems import undone
 from service.db.sessions import reading
 from service.errors import StoreAwayError
 from service.formats import FormatError, Gain, Trace, UnknownUnitError
@@ -104,11 +105,14 @@ class Follower:
 
     @contextmanager
     def _logged(self) -> Iterator[None]:
-        """Survive a database that is away, which loses nothing, and a bug, which must not stop a stream for ever."""
+        """Survive a database that is away or undoes a transaction, and a bug, which must not stop a stream for ever."""
         try:
             yield
         except (OperationalError, InterfaceError) as error:
-            log.warning("the stream of %s waits for the database: %s", self.building.code, type(error).__name__)
+            if reason := undone(error):
+                log.warning("a transaction of the stream of %s is repeated, because %s", self.building.code, reason)
+            else:
+                log.warning("the stream of %s waits for the database: %s", self.building.code, type(error).__name__)
         except StoreAwayError:  # which has logged it
             log.warning("the stream of %s waits for the store of original files", self.building.code)
         except Exception:  # it is logged each time
