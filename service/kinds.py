@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from core.analysis import EventAnalysis, analyse
 from service.analyses import added_sensors, store as analysis_store
 from service.analyses.store import Inputs
-from service.buildings.tables import Building
+from service.buildings.locking import locked
 from service.drift import monitoring as drift_monitoring
 from service.jobs import queue as job_queue
 from service.jobs.queue import (
@@ -44,9 +44,7 @@ def _store_analysis(
     session: Session, claim: Claim, inputs: Inputs, results: Sequence[EventAnalysis], now: datetime
 ) -> None:
     event = session.get_one(Event, claim.event_id)
-    session.get_one(
-        Building, event.building_id, with_for_update={"key_share": True}
-    )  # the same lock order as a reader of records
+    locked(session, event.building_id)
     analysis = analysis_store.store(session, claim, inputs, results[-1], now)
     session.flush()
     if analysis.current and analysis.refusal is None:
@@ -58,11 +56,11 @@ def _store_analysis(
 def _store_comparison(
     session: Session, claim: Claim, inputs: WorkInputs, results: Sequence[Comparison], now: datetime
 ) -> None:
+    model = session.get_one(ModelVersion, inputs.model_id)
+    if model.state == "current":  # first, because it locks the building, and the comparisons refer to events
+        job_queue.enqueue_monitoring(session, model.building_id, None, now)
     model_store.add_comparisons(session, inputs.model_id, results[-1].each, inputs.roles, now)
     session.get_one(Job, claim.job_id).result = {"fails": list(results[-1].fails)}
-    model = session.get_one(ModelVersion, inputs.model_id)
-    if model.state == "current":
-        job_queue.enqueue_monitoring(session, model.building_id, None, now)
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions, queries, texts
 from service.alerts.tables import Alert, BuildingInspection
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.errors import ConflictError
 from service.verdict import levels, reading, texts as verdict_texts
@@ -44,7 +45,7 @@ def record(
     """
     if inspected_at > now:
         raise ConflictError(texts.INSPECTION_IN_THE_FUTURE.format(at=inspected_at))
-    session.get_one(Building, building.id, with_for_update=True)
+    locked(session, building.id)
     for before in inspections(session, building.id):
         if (before.by, before.result, before.comment, before.inspected_at) == (by, result, comment, inspected_at):
             return before

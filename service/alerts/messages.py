@@ -63,7 +63,7 @@ def write_messages(session: Session, building_id: int, max_age: timedelta, now: 
     this call.
 
     Args:
-        session: of the transaction that stores the news.
+        session: of the transaction that stores the news and has locked the building.
         building_id: of the building.
         max_age: of an earthquake without alerts, settings.notify.max_event_age.
         now: aware time.
@@ -114,12 +114,11 @@ def remind(session: Session, building_id: int, interval: timedelta, now: datetim
     """Put a reminder of all unacknowledged alerts of a building into the outbox, if one is due.
 
     Args:
-        session: of a transaction.
+        session: of a transaction that has locked the building.
         building_id: of the building.
         interval: between reminders of an alert; zero: none.
         now: aware time.
     """
-    session.get_one(Building, building_id, with_for_update=True)
     reminder = next_reminder(session, building_id, interval, now)
     if reminder is not None and reminder.due_at <= now:
         outbox.put_for(session, reminder.content, reminder.recipients, now)

@@ -16,6 +16,7 @@ from service.alerts.schema import AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN
 from service.alerts.tables import Alert, AlertComment, Inspection, Silence
 from service.analyses import history
 from service.buildings import reference_periods
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.errors import ConflictError
 from service.jobs import queue as job_queue
@@ -180,7 +181,7 @@ def silence(
     """
     if until <= now:
         raise ConflictError(texts.SILENCE_IN_THE_PAST.format(until=until))
-    session.get_one(Building, building.id, with_for_update=True)
+    locked(session, building.id)
     alike = (Silence.building_id == building.id, Silence.pattern == pattern, Silence.reason == reason)
     for before in session.query(Silence).where(*alike, Silence.by == by, Silence.ends_at == until):
         return before
@@ -200,5 +201,5 @@ def end_silence(silence: Silence, by: str, now: datetime) -> None:
 
 def _lock(session: Session, alert: Alert) -> None:
     """Serialise actions on a building's alerts: the second one sees what the first one did."""
-    session.get_one(Building, alert.building_id, with_for_update=True)
+    locked(session, alert.building_id)
     session.refresh(alert)

@@ -14,6 +14,7 @@ from service.alerts.data_health import Source, Thresholds, Work
 from service.alerts.messages import next_reminder, remind, write_messages
 from service.alerts.reconciliation import is_reconciled, reconcile
 from service.buildings import store as building_store
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db.sessions import free_bytes, reading
 from service.jobs import queue as job_queue
@@ -103,6 +104,7 @@ def _check(sessions: sessionmaker[Session], building_id: int, before: Checked | 
         checked = _checked(session, building_id, before, this)
     if not checked.is_settled:
         with sessions.begin() as session:
+            locked(session, building_id)
             reconcile(session, building_id, checked.candidates, "clock", this.now)
             session.flush()
             write_messages(session, building_id, timedelta(seconds=this.settings.notify.max_event_age), this.now)

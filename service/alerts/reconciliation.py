@@ -10,7 +10,6 @@ from service.alerts import queries
 from service.alerts.candidates import KINDS, AlertCandidate, Scope
 from service.alerts.lifecycle import CLOSED, REPORTED, Decision, OpenAlert, OperatorAction, decide
 from service.alerts.tables import Alert, AlertChange
-from service.buildings.tables import Building
 
 
 def reconcile(
@@ -21,7 +20,7 @@ def reconcile(
     It writes no message: `service.alerts.messages` does that.
 
     Args:
-        session: of the transaction that stores the results behind the candidates.
+        session: of the transaction that stores the results behind the candidates and has locked the building.
         building_id: of the building.
         candidates: all of now, at most one per cause; what is missing is no longer the case.
         scope: source of the candidates; alerts of other kinds stay as they are.
@@ -31,7 +30,6 @@ def reconcile(
         ValueError: two candidates of one cause, or a kind outside the scope: a bug.
     """
     _check(candidates, scope)
-    session.get_one(Building, building_id, with_for_update=True)  # serialises: one open alert per cause
     stored = {alert.cause: alert for alert in queries.open_alerts(session, building_id, KINDS[scope])}
     open_alerts = [_open_alert(session, alert) for alert in stored.values()]
     for decision in decide(candidates, open_alerts, _operator_actions(session, building_id)):

@@ -142,7 +142,7 @@ def _without_lists(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis, now: datetime) -> Analysis:
     """Write a result beside the event's earlier ones; it is the current one unless a later job's is there."""
-    event = session.get_one(Event, claim.event_id, with_for_update=True)  # two at once would both be current
+    event = session.get_one(Event, claim.event_id, with_for_update={"key_share": True})  # or two would be current
     of_event = Analysis.event_id == event.id
     latest = session.scalar(select(Analysis.id).where(of_event, Analysis.job_id > claim.job_id).limit(1)) is None
     if latest:

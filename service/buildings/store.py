@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from service.buildings import description, recipients
 from service.buildings.description import BuildingFile
+from service.buildings.locking import locked
 from service.buildings.tables import Building, Revision
 from service.records.tables import Content, Recording
 
@@ -54,7 +55,7 @@ def update_description(session: Session, text: str, folder: Path, now: datetime)
         BuildingFileError: the file is wrong.
     """
     described = description.read_new(text, folder).description
-    building = find(session, described.code)
+    building = locked(session, find(session, described.code).id)
     before = current(session, building)
     read_again(session, building)
     if (before.toml, before.folder) == (text, str(folder)):

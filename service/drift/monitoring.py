@@ -30,6 +30,7 @@ from service.alerts.messages import write_messages
 from service.alerts.reconciliation import reconcile
 from service.analyses import history
 from service.analyses.mode_tracks import DIRECTIONS
+from service.buildings.locking import locked
 from service.buildings.reference_periods import in_force, reference
 from service.buildings.store import described
 from service.buildings.tables import Building
@@ -172,6 +173,7 @@ def store(
     now: datetime,
 ) -> None:
     """Bring the building's drift up to date and notify its recipients, unless a later job will."""
+    locked(session, inputs.building_id)
     if _is_overtaken(session, claim, inputs.building_id):
         return
     pairs = results[-1]

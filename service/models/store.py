@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from core.comparison.misfit import Misfit
 from core.model.isolator import Isolator
-from service.buildings.tables import Building
+from service.buildings.locking import locked
 from service.db.blobs import encode_history
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE
@@ -45,7 +45,7 @@ class Draft:
 
 def add(session: Session, building_id: int, draft: Draft, now: datetime) -> ModelVersion:
     """The next version, a draft as yet."""
-    session.get_one(Building, building_id, with_for_update=True)  # two at once get different numbers
+    locked(session, building_id)  # two at once get different numbers
     of_line = (ModelVersion.building_id == building_id, ModelVersion.direction == draft.direction)
     last = session.scalar(select(func.max(ModelVersion.number)).where(*of_line))
     made = ModelVersion(
@@ -72,7 +72,7 @@ def add(session: Session, building_id: int, draft: Draft, now: datetime) -> Mode
 
 def accept(session: Session, model: ModelVersion, by: str, now: datetime) -> None:
     """Make a version current; the former one retires."""
-    session.get_one(Building, model.building_id, with_for_update=True)
+    locked(session, model.building_id)
     of_line = (ModelVersion.building_id == model.building_id, ModelVersion.direction == model.direction)
     for former in session.scalars(select(ModelVersion).where(*of_line, ModelVersion.state == "current")):
         former.state = "retired"

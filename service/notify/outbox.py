@@ -12,8 +12,8 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from service.buildings import recipients
+from service.buildings.locking import locked
 from service.buildings.recipient_rules import Severity
-from service.buildings.tables import Building
 from service.notify import texts
 from service.notify.tables import Delivery, Message, Receiver
 
@@ -74,7 +74,7 @@ def put(session: Session, content: MessageContent, now: datetime) -> Message:
     Returns:
         The message; the last one, if this one is no news.
     """
-    _lock(session, content.building_id)
+    locked(session, content.building_id)
     of_key = (Message.building_id == content.building_id, Message.key == content.key)
     last = session.scalars(select(Message).where(*of_key).order_by(Message.number.desc()).limit(1)).one_or_none()
     if last is not None and last.digest == _digest(content):
@@ -107,7 +107,7 @@ def forward(session: Session, building_id: int, messages: Sequence[Message], now
 
     A recipient whose address has changed since, or that was removed and added again, gets them once more.
     """
-    _lock(session, building_id)
+    locked(session, building_id)
     for message in messages:
         session.refresh(message, ["deliveries"])
         sent = {one.receiver_id: one for one in message.deliveries}
@@ -121,11 +121,6 @@ def forward(session: Session, building_id: int, messages: Sequence[Message], now
                 before.state, before.due_at, before.created_at = "waiting", now, now
                 before.finished_at, before.tries = None, 0
     session.flush()
-
-
-def _lock(session: Session, building_id: int) -> None:
-    """Serialise transactions with messages about one building."""
-    session.scalars(select(Building).where(Building.id == building_id).with_for_update(key_share=True)).one()
 
 
 def _delivery(receiver: Receiver, now: datetime) -> Delivery:

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from service import formats, parsing
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
 from service.formats.trace import extent, overlapping
@@ -99,7 +100,7 @@ def parse(session: Session, recording: Recording, *, settings: Settings) -> Pars
 
 def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetime, *, settings: Settings) -> None:
     """Join the traces of a recording to their events, or reject the recording with a reason."""
-    building = session.get_one(Building, recording.building_id, with_for_update=True)
+    building = locked(session, recording.building_id)
     session.refresh(recording)
     if recording.state != "stored":  # another process was quicker
         return

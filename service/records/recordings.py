@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session, sessionmaker, undefer
 from service import formats, parsing
 from service.addresses import without_credentials
 from service.buildings import store as building_store
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db.sessions import reading
 from service.formats import Gain, Trace
@@ -28,7 +29,7 @@ MOST_STATIONS = 256
 
 def store(session: Session, building: Building, name: str, origin: str, data: Secured, now: datetime) -> Recording:
     """Keep a file; one that the building already has is not kept again."""
-    session.get_one(Building, building.id, with_for_update=True)  # one at a time, or two would both keep it
+    locked(session, building.id)  # one at a time, or two would both keep it
     had = select(Recording).where(Recording.building_id == building.id, Recording.sha256 == data.sha256)
     recording = session.scalar(had)
     originals.add(session, data)

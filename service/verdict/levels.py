@@ -151,7 +151,7 @@ def store(session: Session, buildings: Collection[int], now: datetime) -> None:
             for one in reading.standings(session, some)
         ]
         if rows:
-            _upsert(session, rows)
+            _upsert(session, sorted(rows, key=lambda row: row["building_id"]))  # two at once lock them in one order
 
 
 def ranked(session: Session, wanted: Selection, offset: int, limit: int) -> Sequence[int]:

@@ -16,6 +16,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import parsing
 from service.buildings.description import BuildingFile, SourceFile
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db import process_leases
 from service.db.problems import undone
@@ -243,13 +244,13 @@ class Follower:
             cuts = [one for one in cuts if not (window.start <= one.start and one.end <= window.end)]
             cuts.append(Cut(window.start, window.end, last))
         with self.sessions.begin() as session:
+            for one in going:
+                if one.largest >= self.settings.stream.announced:
+                    self._announce(session, one, now)
             state = stream_state(session, self.building.id)
             state.looked = last
             state.shaking = earthquakes.written_shaking(going)
             state.cuts = earthquakes.written_cuts(cuts)
-            for one in going:
-                if one.largest >= self.settings.stream.announced:
-                    self._announce(session, one, now)
 
     def _earthquakes(
         self,
@@ -307,7 +308,7 @@ class Follower:
     def _announce(self, session: Session, shaking: Shaking, now: datetime) -> None:
         """Make the event of an earthquake that is not over, and keep it from being queued without its records."""
         window, longest = shaking.window, timedelta(seconds=self.settings.event.longest)
-        session.get_one(Building, self.building.id, with_for_update=True)
+        locked(session, self.building.id)
         event = events.at(session, self.building, window.start, window.end, now, longest)
         if event.state == "gathering":
             event.end, event.updated_at = max(event.end, window.end), now

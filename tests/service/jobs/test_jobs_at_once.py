@@ -9,6 +9,7 @@ from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.model.isolator import Isolator
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE
@@ -122,7 +123,7 @@ def test_an_analysis_is_stored_while_records_come_in(
             stored_histories.store(session, claim, found, NOW)
 
     with sessions.begin() as session:
-        session.get_one(Building, building, with_for_update=True)
+        locked(session, building)
         storing = pool.submit(stored)
         wait([storing], MEANWHILE)
         session.get_one(Event, event_id).end += stored_histories.SECONDS
