@@ -232,8 +232,9 @@ def _queued(session: Session, job: Job) -> Job:
     """The job, or an equal one that still waits and comes after all running ones of its kind.
 
     Two transactions that queue work on the same object run one after the other. A suitable job is locked: no worker
-    takes it before what this transaction stores can be seen. One before a job that was begun later will not do, for
-    that one's result is the one that counts, and it has seen less.
+    takes it before what this transaction stores can be seen. One that another transaction has locked, which begins or
+    cancels it, will not do, nor will one before a job that was begun later, for that one's result is the one that
+    counts, and it has seen less.
     """
     for about, number in ((Event, job.event_id), (ModelVersion, job.model_id), (Building, job.building_id)):
         if number is not None:
@@ -244,8 +245,9 @@ def _queued(session: Session, job: Job) -> Job:
         Job.model_id == job.model_id,
         Job.building_id == job.building_id,
     )
-    query = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc()).with_for_update(of=Job)
-    waiting = session.scalars(query.execution_options(populate_existing=True)).all()
+    query = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc())
+    query = query.with_for_update(of=Job, skip_locked=True).execution_options(populate_existing=True)
+    waiting = session.scalars(query).all()
     started = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
     for one in waiting:
         if one.id > started and one.arguments == job.arguments:

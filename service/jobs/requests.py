@@ -81,6 +81,7 @@ def cancel(session: Session, job: Job, now: datetime) -> None:
 
 def _restore(session: Session, event: Event, now: datetime) -> None:
     """Restore the event's outcome before a cancelled job, unless another job is pending."""
+    session.refresh(event, with_for_update={"key_share": True})  # no job is queued for it meanwhile
     own = (Job.event_id == event.id, Job.kind == ANALYSE)
     if session.scalar(select(func.count()).where(*own, Job.state.in_(UNDER_WAY))):
         return

@@ -18,7 +18,7 @@ from service.analyses.tables import Analysis
 from service.buildings import store as building_store
 from service.buildings.tables import Building, Revision
 from service.drift.tables import DriftState, DriftValue
-from service.jobs import queue as job_queue
+from service.jobs import queue as job_queue, requests as job_requests
 from service.jobs.queue import COMPARE, Claim
 from service.jobs.tables import Job
 from service.kinds import KINDS
@@ -29,7 +29,7 @@ from service.models.tables import ModelComparison, ModelVersion
 from service.records import recordings
 from service.records.ingest import parse, take_in
 from service.records.originals import secured
-from service.records.tables import Recording
+from service.records.tables import Event, Recording
 from service.settings import Settings
 from service.verdict.tables import BuildingLevel
 
@@ -143,3 +143,25 @@ def test_a_new_description_beside_a_recording_that_is_read(sessions: sessionmake
     with sessions() as session:
         assert session.scalars(select(Building.name)).one().startswith("New ")
         assert session.scalars(select(Recording.state)).one() == "stored"
+
+
+def test_an_analysis_that_is_cancelled_and_requested_again(sessions: sessionmaker[Session], building: int) -> None:
+    """The event then waits for the second one, whichever was first."""
+    with sessions.begin() as session:
+        event = Event(building_id=building, start=NOW, end=NOW, state="gathering", created_at=NOW, updated_at=NOW)
+        session.add(event)
+        session.flush()
+        first = job_queue.enqueue(session, event, {}, NOW, "engineer").id
+
+    def cancel() -> None:
+        with sessions.begin() as session:
+            job_requests.cancel(session, session.get_one(Job, first), NOW + timedelta(minutes=1))
+
+    def request() -> None:
+        with sessions.begin() as session:
+            job_queue.enqueue(session, session.get_one(Event, event.id), {}, NOW)
+
+    interleave(sessions, cancel, r"FROM job\s.*FOR UPDATE", request)
+    with sessions() as session:
+        assert session.scalars(select(Job.state).order_by(Job.id)).all() == ["cancelled", "waiting"]
+        assert session.scalars(select(Event.state)).one() == "queued"
