@@ -94,14 +94,16 @@ def finish(
     rng: Random,
 ) -> bool:
     """Store the result of an attempt; False if another notifier has claimed the delivery meanwhile."""
+    if result.outcome == "delivered":
+        is_stored = _change(session, claimed, state="delivered", finished_at=now, kept_at=now)
+    elif result.is_final or claimed.tries >= policy.attempts:
+        is_stored = _change(session, claimed, state="failed", finished_at=now)
+    else:
+        is_stored = _change(session, claimed, state="waiting", due_at=now + policy.pause(claimed.failures, rng))
     of_attempt = (DeliveryAttempt.delivery_id == claimed.delivery_id, DeliveryAttempt.number == claimed.token)
     ended = {"outcome": result.outcome, "answer": result.text, "seconds": seconds}
-    session.execute(update(DeliveryAttempt).where(*of_attempt).values(**ended))
-    if result.outcome == "delivered":
-        return _change(session, claimed, state="delivered", finished_at=now, kept_at=now)
-    if result.is_final or claimed.tries >= policy.attempts:
-        return _change(session, claimed, state="failed", finished_at=now)
-    return _change(session, claimed, state="waiting", due_at=now + policy.pause(claimed.failures, rng))
+    session.execute(update(DeliveryAttempt).where(*of_attempt).values(**ended))  # after the delivery, as `claim`
+    return is_stored
 
 
 def withdraw(session: Session, claimed: Claim) -> bool:

@@ -11,6 +11,7 @@ from time import monotonic, sleep
 
 import databases
 import pytest
+from at_once import interleave
 from building_files import SMALL
 from hypothesis import given, strategies as st
 from receivers import MailServer, WebhookServer, mail_server, webhook_server
@@ -251,6 +252,24 @@ def test_a_delivery_is_one_notifiers_until_its_lease_lapses(stage: Stage) -> Non
     assert finished(stage, second, DeliveryResult("delivered", "taken"), NOW + LEASE * 1.3)
     assert stage.states() == ["delivered"]
     assert [one.answer for one in stage.attempts()] == ["late", "taken"], "but what it saw is kept"
+
+
+@pytest.mark.parametrize("database_kind", ["postgresql"], indirect=True)
+def test_a_late_result_beside_the_claim_of_another_notifier(stage: Stage) -> None:
+    """Both write the delivery and its attempt; neither waits for the other."""
+    stage.add_recipient("email", "manager@example.org")
+    stage.put("Earthquake")
+    first = claimed(stage, NOW)
+    assert first is not None
+    later = NOW + LEASE * 1.1
+    interleave(
+        stage.sessions,
+        lambda: finished(stage, first, DeliveryResult("delivered", "late"), later),
+        "UPDATE delivery",
+        lambda: claimed(stage, later),
+    )
+    assert stage.states() == ["delivered"]
+    assert [one.answer for one in stage.attempts()] == ["late"]
 
 
 @pytest.mark.parametrize("database_kind", ["postgresql"], indirect=True)
