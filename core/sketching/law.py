@@ -23,7 +23,7 @@ SPREAD = 0.7
 """Standard deviation of its logarithm before the fit. A choice: a factor of two."""
 LARGEST = 1e12
 """N, largest amplitude."""
-INPUTS = ("u", "v", "u_cross", "v_cross", "axial_load", "temperature")
+INPUTS = ("u", "v", "u_cross", "v_cross", "axial_load", "temperature", "ground")
 """Arguments that a term's expression may have."""
 FUNCTIONS = ("copysign", "exp", "sin", "sqrt", "tanh")
 """Functions of module math that a term's expression may have."""

@@ -5,7 +5,7 @@ file of an effect holds the same text. U and V stand for the largest displacemen
 the term's own length, speed or time.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
@@ -29,6 +29,9 @@ SPEEDS = (0.03, 0.1, 0.3, 0.6)
 """Shares of the largest velocity where the search begins. A choice."""
 TIMES = (0.03, 0.08, 0.15, 0.25, 0.4, 0.7, 1.5, 4.0)
 """s, where the search begins. A choice: from delays of a device to twice the period of an isolated building."""
+PERIODS = tuple(0.03 * 1.15**n for n in range(24))
+"""s over 2π, the same for masses that swing, closer: with a damping ratio of SWINGING a resonance is a tenth of its
+frequency wide. A choice: 0.2 to 5 Hz."""
 TRAVELS = (2.0, 10.0, 50.0)
 """Travel over the largest displacement where the search begins. A choice."""
 FASTEST = 2e-3
@@ -44,11 +47,11 @@ class Memory:
     """A state of a term: its rates in the law, and its history for a recorded motion."""
 
     states: tuple[str, ...]
-    """Names in the term's expression; the first is what the history gives."""
+    """Names in the term's expression and in the rates."""
     rates: tuple[str, ...]
     """Their rates per second in the law."""
-    history: Callable[[Observation, float, float], Vector]
-    """(n,) of an observation, by {s} and the value before it."""
+    history: Callable[[Observation, float, float], Sequence[Vector]]
+    """(n,) of the first states in an observation, as many as the expression needs; by {s} and the value before it."""
     is_carried: bool = False
     """True if the layer keeps it from one earthquake to the next."""
 
@@ -92,35 +95,49 @@ def _slipping(u, length, first):  # type: ignore[no-untyped-def]  # noqa: ANN001
     return z
 
 
-def _slip(seen: Observation, length: float, first: float) -> Vector:
-    return np.asarray(_slipping(np.ascontiguousarray(seen.layer.displacement), length, first))
+def _slip(seen: Observation, length: float, first: float) -> Sequence[Vector]:
+    return (np.asarray(_slipping(np.ascontiguousarray(seen.layer.displacement), length, first)),)
 
 
-def _relaxing(seen: Observation, time: float, first: float) -> Vector:
+def _relaxing(seen: Observation, time: float, first: float) -> Sequence[Vector]:
     """A spring in series with a dashpot, its stretch in m; the velocity is constant between samples."""
     u, kept = seen.layer.displacement, float(np.exp(-1 / (seen.rate * time)))
     change = np.diff(u, prepend=u[0]) * (1 - kept) * time * seen.rate
-    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -kept], change))
+    return (np.asarray(scipy.signal.lfilter([1.0], [1.0, -kept], change)),)
 
 
-def _following(damping: float) -> Callable[[Observation, float, float], Vector]:
-    """A spring-mass system that follows the displacement, in m; the displacement is linear between samples."""
+def _filtered(series: Vector, rate: float, upper: Sequence[float], lower: Sequence[float]) -> Vector:
+    """(n,) output of a filter with these polynomials in the Laplace variable; the series is linear between samples."""
+    above, below, _ = scipy.signal.cont2discrete((upper, lower), 1 / rate, method="foh")
+    return np.asarray(scipy.signal.lfilter(above.ravel(), below, series))
 
-    def history(seen: Observation, time: float, first: float) -> Vector:
-        system = ([1.0], [time**2, 2 * damping * time, 1.0])
-        upper, lower, _ = scipy.signal.cont2discrete(system, 1 / seen.rate, method="foh")
+
+def _following(damping: float) -> Callable[[Observation, float, float], Sequence[Vector]]:
+    """A spring-mass system that follows the displacement, in m."""
+
+    def history(seen: Observation, time: float, first: float) -> Sequence[Vector]:
         u = seen.layer.displacement
-        return np.asarray(scipy.signal.lfilter(upper.ravel(), lower, u - u[0]) + u[0])
+        return (_filtered(u - u[0], seen.rate, [1.0], [time**2, 2 * damping * time, 1.0]) + u[0],)
 
     return history
 
 
-def _largest(seen: Observation, _: float, first: float) -> Vector:
-    return np.asarray(np.maximum(np.maximum.accumulate(np.abs(seen.layer.displacement)), first))
+def _on_slab(seen: Observation, time: float, first: float) -> Sequence[Vector]:
+    """Place (m) and velocity (m/s) relative to the ground of a mass on a spring and a dashpot on the slab."""
+    u, ground, late = seen.layer.displacement, seen.conditions.ground, 2 * SWINGING * time
+    lower = [time**2, late, 1.0]
+    place = _filtered(u - u[0], seen.rate, [late, 1.0], lower) - time**2 * _filtered(ground, seen.rate, [1.0], lower)
+    speed = _filtered(u - u[0], seen.rate, [late, 1.0, 0.0], lower)
+    return place + u[0], speed - time**2 * _filtered(ground, seen.rate, [1.0, 0.0], lower)
 
 
-def _travelled(seen: Observation, _: float, first: float) -> Vector:
-    return np.asarray(first + np.cumsum(np.abs(np.diff(seen.layer.displacement, prepend=seen.layer.displacement[0]))))
+def _largest(seen: Observation, _: float, first: float) -> Sequence[Vector]:
+    return (np.maximum(np.maximum.accumulate(np.abs(seen.layer.displacement)), first),)
+
+
+def _travelled(seen: Observation, _: float, first: float) -> Sequence[Vector]:
+    u = seen.layer.displacement
+    return (np.asarray(first + np.cumsum(np.abs(np.diff(u, prepend=u[0])))),)
 
 
 SLIP = Memory(("z",), (f"(v - abs(v) * z) / max({{s}}, {FASTEST:g} * abs(v))",), _slip)
@@ -128,6 +145,11 @@ RELAXING = Memory(("stretch",), ("v - stretch / {s}",), _relaxing)
 LATE, SWING = (
     Memory(("late", "rate"), ("rate", f"(u - late) / {{s}} ** 2 - {2 * damping:g} * rate / {{s}}"), _following(damping))
     for damping in (LAGGING, SWINGING)
+)
+ON_SLAB = Memory(
+    ("place", "speed"),
+    ("speed", f"(u - place + {2 * SWINGING:g} * {{s}} * (v - speed)) / {{s}} ** 2 - ground"),
+    _on_slab,
 )
 LARGEST = Memory(
     ("largest",),
@@ -178,6 +200,10 @@ TERMS = (
     Term("spring in series with a dashpot", ("motion before",), "time", TIMES, RELAXING, expression="stretch / U"),
     Term("spring that follows late", ("motion before",), "time", TIMES, LATE, expression="late / U"),
     Term("swinging mass", ("motion before",), "time", TIMES, SWING, expression="late / U"),
+    Term(
+        "mass that swings on the slab", ("motion before",), "time", PERIODS, ON_SLAB,
+        expression=f"(u - place + {2 * SWINGING:g} * {{s}} * (v - speed)) / U",
+    ),
     Term(
         "spring that the largest displacement softens", (*U, "largest past displacement"), "length", LENGTHS, LARGEST,
         expression="u / U * exp(-largest / {s})",
@@ -257,11 +283,11 @@ def histories(term: Term, s: float, scales: Scales, observations: tuple[Observat
         given = one.conditions
         names: dict[str, Any] = {
             "u": one.layer.displacement, "v": one.layer.velocity, "u_cross": given.u_cross, "v_cross": given.v_cross,
-            "axial_load": given.axial_load, "temperature": given.temperature,
+            "axial_load": given.axial_load, "temperature": given.temperature, "ground": given.ground,
         }  # fmt: skip
         if memory := term.memory:
             first = kept.get(one.direction, 0.0) if memory.is_carried else 0.0
-            names[memory.states[0]] = memory.history(one, s, first)
+            names.update(zip(memory.states, memory.history(one, s, first), strict=False))
             kept[one.direction] = float(names[memory.states[0]][-1])
         value = eval(compiled, {"__builtins__": {}, **FUNCTIONS}, names)  # of TERMS
         found.append(np.asarray(value, dtype=float) * np.ones(one.layer.displacement.size))

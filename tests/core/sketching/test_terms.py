@@ -1,6 +1,7 @@
 """Histories of terms against exact solutions, and against the compiled simulation of the effects made of them."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import UTC, datetime
 from threading import Barrier
 
@@ -32,7 +33,7 @@ def observation() -> Observation:
         axial_load=1 + 0.1 * np.sin(7 * T),
         temperature=20 + 5 * np.sin(0.1 * T),
         time=T,
-        ground=np.zeros(T.size),
+        ground=0.5 * np.sin(5 * T),
     )
     layer = LayerHistory(displacement=u, velocity=v, force=u.copy(), force_std=np.ones(T.size))
     start = datetime(2024, 1, 1, tzinfo=UTC)
@@ -85,6 +86,23 @@ def test_a_maxwell_element_answers_a_sine_exactly() -> None:
         U * x / (1 + x**2) * (x * np.sin(OMEGA * T) + np.cos(OMEGA * T)) * (1 - np.exp(-T / 3)) / SCALES.displacement
     )
     assert np.abs(stretch - exact)[late].max() < 0.01
+
+
+def test_a_mass_on_the_slab_answers_a_sine_of_the_ground_exactly() -> None:
+    """Den Hartog (1956): a pull of s² (1 + 2iζr) / (1 − r² + 2iζr) times the slab's absolute acceleration, r = ω s."""
+    time, zeta, omega = 0.15, 0.05, 5.0
+    still = LayerHistory(
+        displacement=1e-9 * T, velocity=np.full(T.size, 1e-9), force=np.zeros(T.size), force_std=np.ones(T.size)
+    )
+    seen = replace(SEEN, layer=still)
+    (pull,) = histories(named("mass that swings on the slab"), time, SCALES, (seen,))
+    r = omega * time
+    answer = time**2 * (1 + 2j * zeta * r) / (1 - r**2 + 2j * zeta * r)
+    exact = (0.5 * np.exp(1j * omega * T) * answer).imag / SCALES.displacement
+    late = T > 15  # its own swing has faded to exp(-5)
+    assert (
+        np.abs(pull - exact)[late].max() < 0.01 * np.abs(exact).max() + np.exp(-0.05 * 15 / time) * np.abs(exact).max()
+    )
 
 
 def test_a_slip_is_its_closed_form_on_first_loading() -> None:
