@@ -1,8 +1,9 @@
 """Faults of sensors, superstructure and masses, which are judged before the isolation layer.
 
-A force is mass times acceleration: if the building file states too large a mass, all forces are too large by the same
+A force is mass times acceleration: if the building file states too large masses, all forces are too large by the same
 factor, and so are the stiffness, the damping and the yield force of a fitted model. Its yield displacement is not. The
-hypothesis of a wrong mass competes with values that are as designed and with values that differ each by itself.
+hypothesis of a wrong total mass competes with values that are as designed and with values that differ each by itself.
+How the total is divided between floors and slab shows in the form of the force (core.diagnosis.floor_share).
 """
 
 import inspect
@@ -15,6 +16,7 @@ import numpy as np
 from core.analysis import EventAnalysis
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
+from core.diagnosis.floor_share import FloorShare
 from core.diagnosis.sensor_faults import IN_USE, BuildingFault, Cause, sensor_faults
 from core.diagnosis.softened_storey import softened_storey
 from core.effects import EFFECTS
@@ -22,8 +24,13 @@ from core.fitting.fit import Fit
 from core.model.first_model import first_model
 from core.model.isolator import Isolator, Key
 from core.record import Direction
-from core.rounding import with_std
+from core.rounding import plain, with_std
+from core.units import percent
 
+TOTAL_MASS, FLOOR_SHARE = "mass", "floor_share"
+"""Kinds of faults of the masses."""
+CHECK_MASSES = "Check the masses in the building file, correct them if they are wrong, and run the analysis again"
+"""Remedy for both."""
 MORE, LESS = ("above", "large"), ("below", "small")
 """Side of the design on which forces lie, and the size of the given mass that has this effect."""
 LENGTHS = ("D_y",)
@@ -110,18 +117,49 @@ def _mass(fit: Fit, description: BuildingDescription) -> BuildingFault | None:
     wrong = wrong_mass(fit, first_model(description).isolator, asdict(description.isolation.design))
     if wrong is None:
         return None
-    percent, std = 100 * abs(wrong.change), 100 * wrong.std
+    off, std = 100 * abs(wrong.change), 100 * wrong.std
     side, size = MORE if wrong.change > 0 else LESS
     fault = (
-        f"stiffness, damping and yield force all are {with_std(percent, std)} % {side} the design, the yield "
-        f"displacement is not: as if the given mass were that much too {size}"
+        f"stiffness, damping and yield force all are {with_std(off, std)} % {side} the design, the yield displacement "
+        f"is not, as if all masses were that much too {size}"
     )
-    remedy = (
+    instead = (
         "Records cannot distinguish this from isolators that all differ from their design by this factor: the weight "
         "on the isolators, or a test of one, would"
     )
-    message = f"{fault}. {remedy}"
-    return BuildingFault(Cause.MASS, "mass", None, wrong.change, wrong.std, message)
+    message = f"{fault}. {instead}. {CHECK_MASSES}"
+    return BuildingFault(Cause.MASS, TOTAL_MASS, None, wrong.change, wrong.std, message)
+
+
+def floor_share_fault(found: FloorShare) -> BuildingFault:
+    """A wrong share of the floors in the mass; the forces were corrected for it.
+
+    Its value is the relative error of the floors' masses in the building file if the slab's is right.
+    """
+    ratio, std = found.ratio
+    floors = with_std(100 * abs(ratio - 1), 100 * std)
+    slab = with_std(100 * abs(1 - 1 / ratio), 100 * std / ratio**2)
+    share, stated = with_std(100 * found.share, 100 * found.stated * found.std), percent(found.stated)
+    (_, floors_are), (_, slab_is) = (MORE, LESS) if ratio > 1 else (LESS, MORE)
+    fault = (
+        f"the floors have {share} % of the mass above the isolators by the records, and {stated} in the building file, "
+        f"as if the floors' masses were {floors} % too {floors_are}, or the base slab's {slab} % too {slab_is}"
+    )
+    message = f"{fault}. {_taken(found)}. {CHECK_MASSES}"
+    return BuildingFault(Cause.MASS, FLOOR_SHARE, None, ratio - 1, std, message, is_corrected=True)
+
+
+def _taken(found: FloorShare) -> str:
+    fitted, before, after = percent(found.worth.fitted), plain(found.before.fitted, 3), plain(found.after.fitted, 3)
+    if found.worth.held_out is None:
+        return (
+            f"This explains {fitted} of the excess error where the model was fitted: the noise ratio falls from "
+            f"{before} to {after}"
+        )
+    return (
+        f"This explains {fitted} of the excess error where the model was fitted and {percent(found.worth.held_out)} on "
+        f"held-out earthquakes: the noise ratio falls from {before} to {after}"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,6 +108,7 @@ def test_a_wrong_mass_names_its_alternatives(mass: float, printed: str) -> None:
     assert fault.value == pytest.approx(mass - 1, abs=2 * fault.std)
     assert printed in fault.message
     assert "cannot distinguish this from isolators" in fault.message
+    assert "Check the masses in the building file" in fault.message
 
 
 def test_without_a_fit_the_mass_is_not_judged() -> None:
