@@ -1,10 +1,12 @@
-"""Records corrected in a copy for the faults of sensors that they show, and analysed again."""
+"""Records corrected in a copy for the faults of sensors that they show, and forces for wrong masses."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from core.analysis import analyse
+from core.diagnosis.building_faults import floor_share_fault
 from core.diagnosis.corrections import Correction, corrected, correction
+from core.diagnosis.floor_share import FloorShare, with_floor_share
 from core.diagnosis.sensor_faults import sensor_faults
 from core.errors import CoreError
 from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, Progress, analysed, joined, silent
@@ -43,6 +45,21 @@ def corrected_copy(earthquakes: Earthquakes, progress: Progress = silent) -> Ear
         again = joined(made, description, seen.band, reference=seen.reference, held_out=seen.held_out)
         seen = replace(again, corrected=faults)
     return seen
+
+
+def with_corrected_masses(earthquakes: Earthquakes, found: FloorShare) -> Earthquakes:
+    """The earthquakes with the forces of all observations for another share of the floors in the same total mass.
+
+    Args:
+        earthquakes: with the forces of the building file's masses.
+        found: the share.
+    """
+    return replace(
+        earthquakes,
+        observations=tuple(with_floor_share(one, found.change) for one in earthquakes.observations),
+        corrected=(*earthquakes.corrected, floor_share_fault(found)),
+        share_change=found.change,
+    )
 
 
 def _remade(one: AnalysedEarthquake, wanted: Sequence[Correction]) -> AnalysedEarthquake:

@@ -11,7 +11,7 @@ from math import isfinite
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
-from core.diagnosis.building_faults import building_faults
+from core.diagnosis.building_faults import FLOOR_SHARE, TOTAL_MASS, building_faults
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped
@@ -27,13 +27,14 @@ from core.record import Direction
 from core.rounding import plain
 from core.tables import Table, report
 from core.units import percent, quantity
-from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, candidates, stages, version_name
+from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
 from core.workbench.directions import DirectionDiagnosis, direction_sentences, each_direction
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
 from core.workbench.out_of_range import OutOfRange, out_of_range, range_sentences
+from core.workbench.searching import search_effects
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 from core.workbench.texts import (
     evidence,
@@ -49,12 +50,17 @@ RUNNERS_UP = 2
 """Number of effects that are named although something speaks against them."""
 BRIEF = 8
 """Candidates in a printed report, the best first."""
-CALLED = MappingProxyType(
-    {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
+CALLED = MappingProxyType({Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure"})
+"""Openings of the sentences on faults, by cause,"""
+MASSES = MappingProxyType(
+    {
+        FLOOR_SHARE: "The masses in the building file do not fit",
+        TOTAL_MASS: "The masses in the building file may not fit",
+    }
 )
-"""Openings of the sentences on faults, by cause."""
-BESIDE_A_SENSOR = frozenset({Outcome.EFFECT, Outcome.ONE_OF_SET, Outcome.FAMILY, Outcome.UNKNOWN, Outcome.OUT_OF_RANGE})
-"""Outcomes that a sensor's fault does not explain once it is corrected or left out."""
+"""and those on masses, by kind."""
+BESIDE_A_FAULT = frozenset({Outcome.EFFECT, Outcome.ONE_OF_SET, Outcome.FAMILY, Outcome.UNKNOWN, Outcome.OUT_OF_RANGE})
+"""Outcomes that a fault does not explain once it is corrected, or its sensor left out."""
 IMPOSSIBLE, DOUBTFUL = "impossible", "doubtful"
 """Why an effect is not proposed."""
 NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
@@ -145,8 +151,8 @@ def diagnose(
 ) -> DiagnosisResult:
     """Try every effect that the model does not have, and add those that the records support.
 
-    Faults of sensors are corrected before in a copy of the records, where they are at hand. Effects are added to the
-    model in its own directions; each direction is also diagnosed by itself.
+    Faults of sensors are corrected before in a copy of the records, where they are at hand, and forces for wrong
+    masses. Effects are added to the model in its own directions; each direction is also diagnosed by itself.
 
     Args:
         model: of the isolation layer.
@@ -163,17 +169,8 @@ def diagnose(
     seen = corrected_copy(Earthquakes.of(earthquakes, hold_out), progress)
     if not seen.fitted:
         raise RecordError(NONE_TO_FIT)
-    progress("trying every effect", 0, 4)
-    offered, diverging = set(EFFECTS if effects is None else effects), list[Dropped]()
-    while True:
-        diagnosis = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4), seen.tested)
-        progress("trying them on every earthquake", 1, 4)
-        tried, dropped = candidates(diagnosis.first, seen)
-        added = {step.chosen.effect for step in (*diagnosis.steps, *diagnosis.idle)}
-        diverging += dropped
-        if not added & {one.effect for one in dropped}:
-            break
-        offered -= {one.effect for one in dropped}
+    found = search_effects(model, seen, effects, progress)
+    seen, diagnosis = found.earthquakes, found.diagnosis
     progress("locating the model's errors", 2, 4)
     refitted = compare(readable(diagnosis.refitted.model), seen)
     progress("driving the versions by the motion and by the ground alone", 3, 4)
@@ -188,7 +185,7 @@ def diagnose(
     failing = out_of_range(versions[-1].errors, seen)
     if failing and _fits(diagnosis):
         diagnosis = replace(diagnosis, outcome=Outcome.OUT_OF_RANGE)
-    each = each_direction(diagnosis, model, seen, directions, offered, lambda so_far: progress(so_far, 3, 4))
+    each = each_direction(diagnosis, model, seen, directions, found.offered, lambda so_far: progress(so_far, 3, 4))
     progress("diagnosed", 4, 4)
     return DiagnosisResult(
         given=model,
@@ -196,13 +193,13 @@ def diagnose(
         earthquakes=seen,
         diagnosis=diagnosis,
         refitted=refitted,
-        candidates=tried,
+        candidates=found.candidates,
         faults=_faults(diagnosis, seen),
         stages=staged,
         versions=tuple(versions),
         out_of_range=failing,
         directions=each,
-        diverging=tuple(diverging),
+        diverging=found.diverging,
     )
 
 
@@ -258,28 +255,42 @@ def decisive_cause(faults: Sequence[BuildingFault], outcome: Outcome) -> Cause |
     """The fault that explains the model's error; None if there is none, or if an effect is missing besides.
 
     A sensor explains the error if it is still in use as it errs, or if no effect is missing once it is corrected or
-    left out. A storey and the mass always do.
+    left out; so do masses for which the forces were corrected. A storey and the total mass always do.
     """
-    others = [one for one in faults if one.cause is not Cause.SENSOR]
+    others = [one for one in faults if one.cause is not Cause.SENSOR and not one.is_corrected]
     in_use = [one for one in faults if one.cause is Cause.SENSOR and one.kind in IN_USE and not one.is_corrected]
-    if in_use or outcome not in BESIDE_A_SENSOR:
+    if in_use or outcome not in BESIDE_A_FAULT:
         return first_cause(faults)
     return first_cause(others)
 
 
 def fault_sentences(faults: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
-    each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in faults)
+    each = tuple(f"{_called(one)}: {one.message.rstrip('.')}." for one in faults)
     if not each:
         return ()
-    corrected = [one.channel or "" for one in faults if one.is_corrected]
+    corrected = [one for one in faults if one.is_corrected]
     if not corrected:
         return (*each, "Correct this first: it may cause the findings on the isolation layer below.")
-    return (
-        *each,
-        f"The records were corrected for this in a copy ({', '.join(dict.fromkeys(corrected))}), which the findings on "
-        "the isolation layer below come from. Correct it before you fit a model.",
-    )
+    return (*each, *_corrected([one.channel for one in corrected if one.channel is not None], corrected))
+
+
+def _called(fault: BuildingFault) -> str:
+    return MASSES[fault.kind] if fault.cause is Cause.MASS else CALLED[fault.cause].format(fault.channel)
+
+
+def _corrected(channels: Sequence[str], faults: Sequence[BuildingFault]) -> Iterator[str]:
+    """Sentences on what was corrected before the layer was judged."""
+    if channels:
+        yield (
+            f"The records were corrected for this in a copy ({', '.join(dict.fromkeys(channels))}), which the findings "
+            "on the isolation layer below come from. Correct it before you fit a model."
+        )
+    if any(one.cause is Cause.MASS for one in faults):
+        yield (
+            "The findings on the isolation layer below come from forces for the masses of the records. Correct the "
+            "building file before you fit a model."
+        )
 
 
 def candidate_table(result: DiagnosisResult, tried: Sequence[Candidate]) -> Table:

@@ -8,6 +8,7 @@ import numpy as np
 
 from core.comparison.compared import compare_forces, force_misfit
 from core.diagnosis.effect_search import Step
+from core.diagnosis.floor_share import with_floor_share
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.effects import EFFECTS
 from core.errors import ModelError
@@ -110,7 +111,7 @@ def _across(seen: Earthquakes, direction: Direction) -> Iterator[Observation]:
         if one.analysis is None or one.recording is None:
             continue
         every = observations(one.analysis, one.recording.description, one.name, one.recording.reference)
-        yield from (found for found in every if found.direction == direction)
+        yield from (with_floor_share(found, seen.share_change) for found in every if found.direction == direction)
 
 
 def only_in_one(each: Sequence[DirectionDiagnosis]) -> Iterator[tuple[DirectionDiagnosis, Step, DirectionDiagnosis]]:

@@ -68,7 +68,9 @@ class Earthquakes:
     sources: tuple["AnalysedEarthquake", ...] = ()
     """Earthquakes that these observations come from; none where the observations came alone."""
     corrected: tuple[BuildingFault, ...] = ()
-    """Faults of sensors for which the records of these earthquakes were corrected."""
+    """Faults of sensors and masses for which the records of these earthquakes, or their forces, were corrected."""
+    share_change: float = 0.0
+    """Relative change of the floors' share of the mass, by which the forces of the observations were corrected."""
 
     @classmethod
     def of(cls, seen: "Sequence[Observation] | Earthquakes", hold_out: Collection[str] = ()) -> "Earthquakes":

@@ -12,6 +12,7 @@ from paper_records import START
 
 from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
+from core.diagnosis.building_faults import FLOOR_SHARE, TOTAL_MASS
 from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.sensor_faults import BuildingFault, Cause
 from core.workbench.correcting import corrected_copy
@@ -78,6 +79,8 @@ def test_records_that_are_not_at_hand_cannot_be_corrected() -> None:
 GAIN = BuildingFault(Cause.SENSOR, "gain", ROOF, 0.15, 0.01, "reads 15 % too much")
 CLIPPED = BuildingFault(Cause.SENSOR, "clipping", ROOF, 3.0, None, "lies flat")
 SOFT = BuildingFault(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is softer")
+TOTAL = BuildingFault(Cause.MASS, TOTAL_MASS, None, 0.1, 0.02, "all forces are too large")
+SHARE = BuildingFault(Cause.MASS, FLOOR_SHARE, None, 0.2, 0.02, "the floors have too much", is_corrected=True)
 
 
 @pytest.mark.parametrize(
@@ -89,10 +92,14 @@ SOFT = BuildingFault(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is softe
         ((CLIPPED,), Outcome.FAMILY, None),
         ((CLIPPED,), Outcome.REFIT, Cause.SENSOR),
         ((CLIPPED, SOFT), Outcome.EFFECT, Cause.SUPERSTRUCTURE),
+        ((SHARE,), Outcome.EFFECT, None),
+        ((SHARE,), Outcome.REFIT, Cause.MASS),
+        ((SHARE, TOTAL), Outcome.REFIT, Cause.MASS),
+        ((SHARE, SOFT), Outcome.EFFECT, Cause.SUPERSTRUCTURE),
         ((), Outcome.EFFECT, None),
     ],
 )
-def test_a_sensor_is_the_outcome_only_where_it_explains_the_error(
+def test_a_corrected_fault_is_the_outcome_only_where_it_explains_the_error(
     faults: tuple[BuildingFault, ...], outcome: Outcome, cause: Cause | None
 ) -> None:
     assert decisive_cause(faults, outcome) is cause
@@ -103,3 +110,13 @@ def test_what_was_corrected_is_stated() -> None:
     assert f"corrected for this in a copy ({ROOF})" in last
     *_, last = fault_sentences((GAIN,))
     assert last.startswith("Correct this first")
+    _, _, records, forces = fault_sentences((replace(GAIN, is_corrected=True), SHARE))
+    assert records.startswith(f"The records were corrected for this in a copy ({ROOF}),")
+    assert forces.startswith(
+        "The findings on the isolation layer below come from forces for the masses of the records."
+    )
+
+
+def test_wrong_masses_open_their_own_sentence() -> None:
+    assert fault_sentences((SHARE,))[0] == "The masses in the building file do not fit: the floors have too much."
+    assert fault_sentences((TOTAL,))[0] == "The masses in the building file may not fit: all forces are too large."
