@@ -16,6 +16,8 @@ WEAK = 0.02
 """Misfit up to which a hidden law need not be seen."""
 
 
+WRONG_MASSES = "floor_masses"
+"""Case of wrong floor masses: nothing is hidden in the layer, and the building file is to be suspected."""
 BEYOND = ("moat", "moat_hertz", "self_centring", "hardening")
 """Laws that act at large displacements most, or only there."""
 
@@ -35,7 +37,7 @@ GROUPS = (
     Group("other law of the family", ANOTHER, 4),
     Group("outside the library", OUTSIDE, 6),
     Group("two effects", PAIRS, 2),
-    Group("nothing hidden", ("nothing", "nothing+pink", "nothing+gains", "nothing+moving", "floor_masses"), 16),
+    Group("nothing hidden", ("nothing", "nothing+pink", "nothing+gains", "nothing+moving", WRONG_MASSES), 16),
     Group("design values off", ("refit",), 10),
     Group("a sensor errs", FAULTS, 2),
     Group("mass 10 % off", ("mass",), 20),
@@ -64,6 +66,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
     same, other, outside, two, nothing, refit, faults, mass, storey, both, beyond, one_way = of.values()
     strong, others, far = ([one for one in group if _is_strong(one)] for group in (same, other, outside))
     weak = [one for one in same if not _is_strong(one)]
+    right, wrong = ([one for one in nothing if _has_wrong_masses(one) == is_so] for is_so in (False, True))
     asked = (
         ("same law, misfit > 2 %: named first", "≥ 98 %", _share(strong, _named_first)),
         ("same law, misfit > 2 %: another named first", "≤ 1 %", _share(strong, _misnamed)),
@@ -81,7 +84,9 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("outside, misfit > 2 %: flagged as unknown", "≥ 95 %", _share(far, lambda o: o.unknown)),
         ("outside, misfit > 2 %: outcome unknown", "", _share(far, _is("unknown"))),
         ("nothing hidden: an effect named", "≤ 1 %", _share(nothing, _blamed)),
-        ("nothing hidden: sensor, mass or storey suspected", "≤ 1 %", _share(nothing, lambda o: bool(o.suspects))),
+        ("nothing hidden, masses right: sensor, mass or storey suspected", "≤ 1 %", _share(right, _suspects_any)),
+        ("floor masses 20 % off: outcome mass", "", _share(wrong, _is("mass"))),
+        ("floor masses 20 % off: outcome unknown", "0", _share(wrong, _is("unknown"))),
         ("design values off: refit", "", _share(refit, _is("refit"))),
         ("two effects: both and no other", "≥ 90 %", _share(two, _both)),
         ("two effects: the sets hold both", "", _share(two, _in_sets)),
@@ -230,6 +235,22 @@ def _nothing_said(one: Row) -> bool:
     return not _blamed(one) and not one.suspects
 
 
+def _suspects_any(one: Row) -> bool:
+    return bool(one.suspects)
+
+
+def _has_wrong_masses(one: Row) -> bool:
+    return one.case == WRONG_MASSES
+
+
+def _has_right_masses(one: Row) -> bool:
+    return not _has_wrong_masses(one)
+
+
+def _masses_or_nothing(one: Row) -> bool:
+    return one.outcome in {"mass", "nothing_missing", "refit"}
+
+
 def _is(outcome: str) -> Callable[[Row], bool]:
     return lambda one: one.outcome == outcome
 
@@ -272,7 +293,13 @@ QUESTIONS = (
         "outside, misfit > 2 %: flagged as unknown", _CASES["outside the library"], _is_strong, lambda o: o.unknown
     ),
     Criterion("two effects: both and no other", _CASES["two effects"], _always, _both),
-    Criterion("nothing hidden: neither effect nor suspect", _CASES["nothing hidden"], _always, _nothing_said),
+    Criterion(
+        "nothing hidden, masses right: neither effect nor suspect",
+        _CASES["nothing hidden"],
+        _has_right_masses,
+        _nothing_said,
+    ),
+    Criterion("floor masses 20 % off: mass, or no more than noise", (WRONG_MASSES,), _always, _masses_or_nothing),
     Criterion("design values off: refit", _CASES["design values off"], _always, _is("refit")),
     Criterion("a sensor errs: outcome sensor_fault", _CASES["a sensor errs"], _always, _is("sensor_fault")),
     Criterion(
