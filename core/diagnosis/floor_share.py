@@ -3,7 +3,8 @@
 The restoring force is F = −M (a + s r): M is the total mass, a the base slab's acceleration, s the floors' share of the
 mass, and r the mean acceleration of the floors relative to the slab, weighted by their masses. M scales all forces, as
 a stiffer layer does, so that records do not determine it. They do determine s: with a wrong share the estimated force
-holds one that swings as the superstructure does, and no law of the layer makes such a force.
+holds one that swings as the superstructure does, which no law of the layer makes but that of a mass on a spring with
+the frequency and damping of a mode.
 """
 
 from collections.abc import Sequence

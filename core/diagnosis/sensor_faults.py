@@ -34,9 +34,9 @@ class BuildingFault:
 
     cause: Cause
     kind: str
-    """Kind of fault, one stable word for programs: `gain`, `delay`, `polarity`, `storey`, `mass`, ..."""
+    """Kind of fault, one stable word for programs: `gain`, `delay`, `polarity`, `storey`, `mass`, `floor_share`, ..."""
     channel: str | None
-    """Id of the sensor's channel, or name of the floor above the storey; None for the mass."""
+    """Id of the sensor's channel, or name of the floor above the storey; None for the masses."""
     value: float
     """Size in SI units; see the message."""
     std: float | None
@@ -46,7 +46,7 @@ class BuildingFault:
     late: float = 0.0
     """s, of a clock that runs at another rate: its delay in the middle of the records."""
     is_corrected: bool = False
-    """True if the records were corrected for it, in a copy, before the isolation layer was judged."""
+    """True if the records, or the forces, were corrected for it in a copy before the isolation layer was judged."""
 
 
 KINDS: Mapping[str, str] = MappingProxyType(

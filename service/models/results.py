@@ -195,14 +195,18 @@ class SuspectOut(Result):
     """A fault of sensors, superstructure or mass, which comes before the isolation layer."""
 
     cause: str = Field(description="`sensor_fault`, `superstructure` or `mass`.")
-    kind: str = Field(description="Kind of fault.")
+    kind: str = Field(
+        description="Kind of fault: `gain`, `storey`, ...; of the masses `mass`, their total, or `floor_share`, the "
+        "floors' share of it."
+    )
     channel: str | None = Field(description="Id of the channel or name of the level; null where it concerns all.")
     value: Value = Field(description="Its size, in the unit of the message.")
     std: Value = Field(description="Standard deviation; null where it has none.")
     message: str = Field(description="The problem and its remedy.")
     corrected: bool = Field(
         default=False,
-        description="True if the records were corrected for it, in a copy, before the isolation layer was judged.",
+        description="True if the records, or the forces, were corrected for it in a copy before the isolation layer "
+        "was judged.",
     )
 
 
