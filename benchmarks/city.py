@@ -26,6 +26,7 @@ from sqlalchemy import (
     create_engine,
     delete,
     insert,
+    make_url,
     select,
     text,
     update,
@@ -93,6 +94,16 @@ def server() -> Iterator[str]:
     finally:
         started.cleanup()
         rmtree(folder, ignore_errors=True)
+
+
+def copied(url: str, name: str) -> str:
+    """Address of a copy of a PostgreSQL database on the same server; nobody may use the original meanwhile."""
+    original = make_url(url)
+    engine = create_engine(original.set(database="template1"), isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {original.database}")
+    engine.dispose()
+    return original.set(database=name).render_as_string(hide_password=False)
 
 
 def server_process(url: str) -> psutil.Process:

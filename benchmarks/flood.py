@@ -25,7 +25,7 @@ from typing import Annotated
 import numpy as np
 import psutil
 import typer
-from sqlalchemy import create_engine, func, make_url, select, text
+from sqlalchemy import func, select, text
 from sqlalchemy.orm import Session
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the receiving server is the tests'
@@ -208,11 +208,7 @@ def main(
         prepare(url, buildings, program)
         server = city.server_process(url)
         for number in processes or [1, 2]:
-            copy = make_url(url).set(database=f"flood_{number}").render_as_string(hide_password=False)
-            admin = create_engine(make_url(url).set(database="template1"), isolation_level="AUTOCOMMIT")
-            with admin.connect() as connection:
-                connection.exec_driver_sql(f"CREATE DATABASE flood_{number} TEMPLATE {make_url(url).database}")
-            admin.dispose()
+            copy = city.copied(url, f"flood_{number}")
             found = drained(copy, number, buildings, program, server)
             print(found, flush=True)
             of = severities(program)

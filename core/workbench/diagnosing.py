@@ -51,14 +51,14 @@ RUNNERS_UP = 2
 BRIEF = 8
 """Candidates in a printed report, the best first."""
 CALLED = MappingProxyType({Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure"})
-"""Openings of the sentences on faults, by cause,"""
+"""Openings of the sentences on faults but those of masses, by cause."""
 MASSES = MappingProxyType(
     {
         FLOOR_SHARE: "The masses in the building file do not fit",
         TOTAL_MASS: "The masses in the building file may not fit",
     }
 )
-"""and those on masses, by kind."""
+"""Openings of the sentences on faults of masses, by kind."""
 BESIDE_A_FAULT = frozenset({Outcome.EFFECT, Outcome.ONE_OF_SET, Outcome.FAMILY, Outcome.UNKNOWN, Outcome.OUT_OF_RANGE})
 """Outcomes that a fault does not explain once it is corrected, or its sensor left out."""
 IMPOSSIBLE, DOUBTFUL = "impossible", "doubtful"

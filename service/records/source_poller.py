@@ -4,10 +4,11 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from time import monotonic, sleep
 from typing import Any
 
-from sqlalchemy import exists, select, update
+from sqlalchemy import Update, bindparam, exists, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
@@ -17,6 +18,7 @@ from service.buildings import store as building_store
 from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.queries import latest_revision
 from service.buildings.tables import Building
+from service.db.base import Base
 from service.db.select import Question
 from service.db.sessions import reading
 from service.errors import StoreAwayError
@@ -113,7 +115,7 @@ class SourcePoller:
 
     def _poll(self, code: str) -> bool:
         with reading(self.sessions)() as session:
-            found = session.execute(polled(code)).one_or_none()
+            found = session.execute(polled(), {"code": code}).one_or_none()
             if found is None:
                 building_store.find(session, code)  # raises
                 return True
@@ -265,16 +267,28 @@ class SourcePoller:
 
     def _end(self, poll: Poll, **columns: object) -> None:
         """Store how a poll ended: in one statement for a source that was polled before."""
-        of_building = update(SourceState).where(SourceState.building_id == poll.building.id)
+        new = {"attempted_at": poll.begun_at, **columns}
         with self.sessions.begin() as session:
             if not poll.is_known:
                 source_state(session, poll.building)
                 session.flush()
-            session.execute(of_building.values(attempted_at=poll.begun_at, **columns))
+            session.execute(_ended(tuple(new)), {"number": poll.building.id, **new})
 
 
-def polled(code: str) -> Question:
-    """(Building, Revision, SourceState | None, is_to_read, is_to_read_again) of a building, by one statement."""
+@cache
+def _ended(columns: Sequence[str]) -> Update:
+    """Sets columns of the source's state of a building of this number.
+
+    Statements are made once, and this one passes the session's objects by: a quiet poll takes little else.
+    """
+    table = Base.metadata.tables[SourceState.__tablename__]
+    of_building = update(table).where(table.c.building_id == bindparam("number"))
+    return of_building.values({name: bindparam(name) for name in columns})
+
+
+@cache
+def polled() -> Question:
+    """(Building, Revision, SourceState | None, is_to_read, is_to_read_again) of a building by its `code`."""
     number = Recording.building_id == Building.id
     return (
         latest_revision()
@@ -284,7 +298,7 @@ def polled(code: str) -> Question:
             exists().where(number, *FAILED_BEFORE).label("is_to_read_again"),
         )
         .outerjoin(SourceState, SourceState.building_id == Building.id)
-        .where(Building.code == code)
+        .where(Building.code == bindparam("code"))
     )
 
 

@@ -1,0 +1,232 @@
+"""The records of a great earthquake as they arrive: how many a second pollers take in.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.arrivals [BUILDINGS] [--pollers 1] [--pollers 2]
+
+Each building has a source of its own on an HTTP server of this machine. All sources have one new file when the pollers
+start: a record of `menshin demo` of ten channels at 100 samples a second, with the building's own station. `menshin
+poll` fetches each file, stores it in a PostgreSQL server in a temporary folder, reads it, and puts its earthquake into
+the queue; no worker runs. The exit code is 1 if a file was rejected or lost.
+"""
+
+import json
+import multiprocessing
+import os
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from http.server import BaseHTTPRequestHandler
+from io import BytesIO
+from multiprocessing.queues import Queue
+from pathlib import Path
+from time import perf_counter, sleep
+from typing import Annotated
+
+import psutil
+import typer
+from obspy import Stream
+from sqlalchemy import func, select, text
+from sqlalchemy.orm import Session, sessionmaker
+
+from benchmarks import city
+from benchmarks.flood import COMMAND, GREAT
+from benchmarks.scale import QuietServer
+from service.buildings import store as building_store
+from service.db import migrate, sessions as database
+from service.demo.earthquakes import Earthquake, recorded
+from service.demo.scenario import BY_DESIGN, record
+from service.demo.site import SENSORS
+from service.records.tables import Event, Recording
+
+NAME = "great.mseed"
+"""Of the new file of every building."""
+LONGEST = 3600.0
+"""s until a run is given up."""
+STATION = 5
+"""Characters of a station's code in the header of a miniSEED record, of 512 bytes from `begin`."""
+
+
+@dataclass(frozen=True, slots=True)
+class TakenIn:
+    """The files of all buildings, taken in."""
+
+    pollers: int
+    count: int
+    clock: float
+    """s from the start of the pollers until the last earthquake was queued."""
+    starting: float
+    """s of it until the first file was read."""
+    spent: float
+    """s of processor time of the pollers and their processes."""
+    server: float
+    """s of processor time of the PostgreSQL server."""
+    faults: tuple[str, ...]
+    """Files that were rejected or lost."""
+
+    def __str__(self) -> str:
+        rate = (self.count - 1) / (self.clock - self.starting)
+        each = 1e3 * (self.spent + self.server) / self.count
+        return (
+            f"{self.pollers} pollers, {self.count} buildings: all queued after {self.clock:.0f} s of the clock, the "
+            f"first file read after {self.starting:.1f} s, then {rate:.1f} files a second; {each:.0f} ms of processor "
+            f"time for each, {1e3 * self.server / self.count:.0f} ms of it PostgreSQL's\n"
+            f"    arithmetic, not measured: {GREAT} files in {GREAT / rate / 60:.1f} min"
+        )
+
+
+def great_record(day: datetime) -> bytes:
+    """The miniSEED of an earthquake at a time."""
+    motion, written = recorded()[0], BytesIO()
+    Stream(record(Earthquake(2, day, motion.name, 0.7, 5e4), motion, BY_DESIGN, 2)).write(
+        written, format="MSEED", reclen=512
+    )
+    return written.getvalue()
+
+
+def of_station(template: bytes, code: str) -> bytes:
+    """A record with the station of a building."""
+    changed = bytearray(template)
+    for begin in range(0, len(template), 512):
+        changed[begin + 8 : begin + 8 + STATION] = code.ljust(STATION).encode()
+    return bytes(changed)
+
+
+def serve(template: bytes, ports: "Queue[int]") -> None:
+    """Run a server with a folder for each building's code."""
+
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_GET(self) -> None:
+            code, name = self.path.strip("/").partition("/")[::2]
+            body = of_station(template, code) if name else json.dumps([NAME]).encode()
+            self.send_response(200)
+            self.send_header("Content-Type", "application/octet-stream" if name else "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            """No log."""
+
+    with QuietServer(("127.0.0.1", 0), Handler) as server:
+        ports.put(server.server_address[1])
+        server.serve_forever()
+
+
+@contextmanager
+def sources(template: bytes) -> Iterator[str]:
+    """Address of the server, in a process of its own."""
+    ports: Queue[int] = multiprocessing.Queue()
+    process = multiprocessing.Process(target=serve, args=(template, ports), daemon=True)
+    process.start()
+    try:
+        yield f"http://127.0.0.1:{ports.get()}/"
+    finally:
+        process.terminate()
+        process.join()
+
+
+def prepare(url: str, count: int, source: str, now: datetime) -> None:
+    """Fill a new database with buildings whose source has a new file."""
+    migrate.upgrade(url)
+    sessions = database.sessions(url)
+    city.received(sessions, city.NOWHERE, now, now - timedelta(days=1))
+    described = city.described(city.NOWHERE)
+    for one in SENSORS:
+        described = described.replace(f'id = "{one.id}"', f'id = "{one.id}"\ngain = {one.resolution!r}')
+    with sessions.begin() as session:
+        building_store.update_description(session, described, Path("/"), now)
+    engine = sessions.kw["bind"]
+    city.repeat(engine, count)
+    with engine.begin() as connection:
+        for column in ("toml", "parsed"):
+            own = f"replace({column}, '{city.NOWHERE}', :source || building.code || '/')"
+            moved = f"UPDATE revision SET {column} = {own} FROM building WHERE building.id = revision.building_id"
+            connection.execute(text(moved), {"source": source})
+    engine.dispose()
+
+
+def taken_in(url: str, pollers: int, count: int, day: datetime, server: psutil.Process) -> TakenIn:
+    """Take in all files with so many pollers."""
+    sessions, of_server = database.sessions(url), city.processor_time(server)
+    own = {
+        "MENSHIN_DATABASE_URL": url,
+        "MENSHIN_POLLING__SETTLE_TIME": "0",
+        "MENSHIN_EVENT__GRACE": "0",
+        "MENSHIN_POLLING__INTERVAL": "60",
+    }
+    with tempfile.TemporaryDirectory(prefix="menshin-arrivals-") as folder:
+        clock = perf_counter()
+        running = [
+            subprocess.Popen([*COMMAND, "poll"], cwd=folder, env=os.environ | own, stderr=subprocess.DEVNULL)
+            for _ in range(pollers)
+        ]
+        try:
+            while not read(sessions) and perf_counter() - clock < LONGEST:
+                sleep(0.1)
+            starting = perf_counter() - clock
+            while queued(sessions, day) < count and perf_counter() - clock < LONGEST:
+                sleep(1.0)
+            clock = perf_counter() - clock
+            spent = sum(city.processor_time(psutil.Process(one.pid)) for one in running)
+        finally:
+            for one in running:
+                one.terminate()
+            for one in running:
+                one.wait()
+    of_server = city.processor_time(server) - of_server
+    with sessions() as session:
+        faults = tuple(lost(session, count, day))
+    sessions.kw["bind"].dispose()
+    return TakenIn(pollers, count, clock, starting, spent, of_server, faults)
+
+
+def read(sessions: sessionmaker[Session]) -> int:
+    """Number of new files that were read."""
+    with database.reading(sessions)() as session:
+        return session.scalar(select(func.count()).where(Recording.name == NAME, Recording.state != "stored")) or 0
+
+
+def queued(sessions: sessionmaker[Session], day: datetime) -> int:
+    """Number of new earthquakes in the queue."""
+    with database.reading(sessions)() as session:
+        return session.scalar(select(func.count()).where(Event.start >= day, Event.state == "queued")) or 0
+
+
+def lost(session: Session, count: int, day: datetime) -> Iterator[str]:
+    """Files that were rejected, and earthquakes that are missing or too many."""
+    of_state = select(Recording.state, func.count()).where(Recording.name == NAME).group_by(Recording.state)
+    states = dict(session.execute(of_state).tuples().all())
+    if states != {"read": count}:
+        yield f"the files of {count} buildings are {states}"
+    found = session.scalar(select(func.count(Event.building_id.distinct())).where(Event.start >= day))
+    every = session.scalar(select(func.count(Event.id)).where(Event.start >= day))
+    if (found, every) != (count, count):
+        yield f"{found} buildings of {count} have {every} earthquakes"
+
+
+def main(
+    buildings: Annotated[int, typer.Argument(help="Number of buildings.")] = 100,
+    pollers: Annotated[list[int] | None, typer.Option(help="Numbers of pollers, one run for each.")] = None,
+) -> None:
+    """A line for each number of pollers."""
+    now = datetime.now(UTC).replace(microsecond=0)
+    day, faults = now - timedelta(minutes=10), list[str]()
+    with city.server() as url, sources(great_record(day)) as source:
+        prepare(url, buildings, source, now)
+        server = city.server_process(url)
+        for number in pollers or [1, 2]:
+            copy = city.copied(url, f"arrivals_{number}")
+            found = taken_in(copy, number, buildings, day - timedelta(minutes=5), server)
+            print(found, flush=True)
+            for fault in found.faults:
+                print(f"    WRONG: {fault}", flush=True)
+            faults += found.faults
+    raise typer.Exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    typer.run(main)
