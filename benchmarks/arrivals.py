@@ -9,17 +9,14 @@ the queue; no worker runs. The exit code is 1 if a file was rejected or lost.
 """
 
 import json
-import multiprocessing
 import os
 import subprocess
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler
 from io import BytesIO
-from multiprocessing.queues import Queue
 from pathlib import Path
 from time import perf_counter, sleep
 from typing import Annotated
@@ -32,7 +29,6 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from benchmarks import city
 from benchmarks.flood import COMMAND, GREAT
-from benchmarks.scale import QuietServer
 from service.buildings import store as building_store
 from service.db import migrate, sessions as database
 from service.demo.earthquakes import Earthquake, recorded
@@ -41,11 +37,13 @@ from service.demo.site import SENSORS
 from service.records.tables import Event, Recording
 
 NAME = "great.mseed"
-"""Of the new file of every building."""
+"""Name of the new file of every building."""
 LONGEST = 3600.0
 """s until a run is given up."""
-STATION = 5
-"""Characters of a station's code in the header of a miniSEED record, of 512 bytes from `begin`."""
+RECORD = 512
+"""Bytes of a miniSEED record."""
+STATION = 8, 5
+"""Place and length of the station's code in its header (SEED 2.4, fixed section of the data header)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,21 +78,21 @@ def great_record(day: datetime) -> bytes:
     """The miniSEED of an earthquake at a time."""
     motion, written = recorded()[0], BytesIO()
     Stream(record(Earthquake(2, day, motion.name, 0.7, 5e4), motion, BY_DESIGN, 2)).write(
-        written, format="MSEED", reclen=512
+        written, format="MSEED", reclen=RECORD
     )
     return written.getvalue()
 
 
 def of_station(template: bytes, code: str) -> bytes:
     """A record with the station of a building."""
-    changed = bytearray(template)
-    for begin in range(0, len(template), 512):
-        changed[begin + 8 : begin + 8 + STATION] = code.ljust(STATION).encode()
+    changed, (place, length) = bytearray(template), STATION
+    for begin in range(place, len(template), RECORD):
+        changed[begin : begin + length] = code.ljust(length).encode()
     return bytes(changed)
 
 
-def serve(template: bytes, ports: "Queue[int]") -> None:
-    """Run a server with a folder for each building's code."""
+def sources(template: bytes) -> type[BaseHTTPRequestHandler]:
+    """Answers of a server that has a folder for each building's code, with one file."""
 
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
@@ -111,22 +109,7 @@ def serve(template: bytes, ports: "Queue[int]") -> None:
         def log_message(self, *_: object) -> None:
             """No log."""
 
-    with QuietServer(("127.0.0.1", 0), Handler) as server:
-        ports.put(server.server_address[1])
-        server.serve_forever()
-
-
-@contextmanager
-def sources(template: bytes) -> Iterator[str]:
-    """Address of the server, in a process of its own."""
-    ports: Queue[int] = multiprocessing.Queue()
-    process = multiprocessing.Process(target=serve, args=(template, ports), daemon=True)
-    process.start()
-    try:
-        yield f"http://127.0.0.1:{ports.get()}/"
-    finally:
-        process.terminate()
-        process.join()
+    return Handler
 
 
 def prepare(url: str, count: int, source: str, now: datetime) -> None:
@@ -209,13 +192,13 @@ def lost(session: Session, count: int, day: datetime) -> Iterator[str]:
 
 
 def main(
-    buildings: Annotated[int, typer.Argument(help="Number of buildings.")] = 100,
+    buildings: Annotated[int, typer.Argument(min=2, help="Number of buildings.")] = 100,
     pollers: Annotated[list[int] | None, typer.Option(help="Numbers of pollers, one run for each.")] = None,
 ) -> None:
     """A line for each number of pollers."""
     now = datetime.now(UTC).replace(microsecond=0)
     day, faults = now - timedelta(minutes=10), list[str]()
-    with city.server() as url, sources(great_record(day)) as source:
+    with city.server() as url, city.monitoring_server(sources(great_record(day))) as source:
         prepare(url, buildings, source, now)
         server = city.server_process(url)
         for number in pollers or [1, 2]:

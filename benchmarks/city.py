@@ -8,7 +8,9 @@ histories are shortened, and at most FEW rows per analysis are kept in some tabl
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
+from multiprocessing import Process
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
@@ -53,6 +55,8 @@ from service.records.tables import Event, Recording, SourceState, Waveform
 from service.settings import Settings
 from service.verdict import levels
 
+LISTENING = 1024
+"""Connections to the monitoring server that may wait to be accepted."""
 NOWHERE = "http://127.0.0.1:9/"
 """Address of the data sources while no server runs."""
 FEW = 2
@@ -79,6 +83,31 @@ NUMBERS = "WITH RECURSIVE copies(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM cop
 POSTGRES = ("fsync = off", "synchronous_commit = off", "full_page_writes = off", "max_wal_size = '2GB'")
 
 
+class MonitoringServer(ThreadingHTTPServer):
+    """Accepts many connections at once."""
+
+    daemon_threads = True
+    request_queue_size = LISTENING
+
+
+@contextmanager
+def monitoring_server(handler: type[BaseHTTPRequestHandler], port: int = 0) -> Iterator[str]:
+    """Run a monitoring server on this machine in a process of its own; yields its address.
+
+    Args:
+        handler: answers the requests.
+        port: 0 for a free one.
+    """
+    with MonitoringServer(("127.0.0.1", port), handler) as listening:
+        process = Process(target=listening.serve_forever, daemon=True)
+        process.start()
+        try:
+            yield f"http://127.0.0.1:{listening.server_address[1]}/"
+        finally:
+            process.terminate()
+            process.join()
+
+
 @contextmanager
 def server() -> Iterator[str]:
     """Run a PostgreSQL server in a temporary folder; yields the address of a database."""
@@ -97,7 +126,7 @@ def server() -> Iterator[str]:
 
 
 def copied(url: str, name: str) -> str:
-    """Address of a copy of a PostgreSQL database on the same server; nobody may use the original meanwhile."""
+    """Copy a PostgreSQL database within its server, while nothing is connected to it; returns the copy's address."""
     original = make_url(url)
     engine = create_engine(original.set(database="template1"), isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from multiprocessing.queues import Queue
 from pathlib import Path
 from threading import Event as Signal, Thread
@@ -91,33 +91,6 @@ class Quiet(BaseHTTPRequestHandler):
 
     def log_message(self, *_: object) -> None:
         """No log."""
-
-
-class QuietServer(ThreadingHTTPServer):
-    """Accepts many connections at once."""
-
-    daemon_threads = True
-    request_queue_size = 1024
-
-
-def serve(ports: "Queue[int]") -> None:
-    """Run a monitoring server."""
-    server = QuietServer(("127.0.0.1", PORT), Quiet)
-    ports.put(PORT)
-    server.serve_forever()
-
-
-@contextmanager
-def quiet_server() -> Iterator[str]:
-    """Address of a monitoring server in a process of its own."""
-    ports: Queue[int] = multiprocessing.Queue()
-    process = multiprocessing.Process(target=serve, args=(ports,), daemon=True)
-    process.start()
-    try:
-        yield f"http://127.0.0.1:{ports.get()}/"
-    finally:
-        process.terminate()
-        process.join()
 
 
 @contextmanager
@@ -394,7 +367,7 @@ def main(
         with ExitStack() as stack:
             folder = keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
             if not measures.keys().isdisjoint(parts):
-                source, begun = stack.enter_context(quiet_server()), process_time()
+                source, begun = stack.enter_context(city.monitoring_server(Quiet, PORT)), process_time()
                 file = folder / f"{count}.sqlite"
                 url = stack.enter_context(city.server()) if postgresql else f"sqlite:///{file}"
                 if postgresql or not file.exists():

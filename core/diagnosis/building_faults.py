@@ -1,8 +1,8 @@
 """Faults of sensors, superstructure and masses, which are judged before the isolation layer.
 
-A force is mass times acceleration: if the building file states too large masses, all forces are too large by the same
-factor, and so are the stiffness, the damping and the yield force of a fitted model. Its yield displacement is not. The
-hypothesis of a wrong total mass competes with values that are as designed and with values that differ each by itself.
+A force is mass times acceleration: if the building file states masses that are too large, all forces are too large by
+one factor, and so are the stiffness, the damping and the yield force of a fitted model. Its yield displacement is not.
+The hypothesis of a wrong total mass competes with values as designed and with values that differ each by itself.
 How the total is divided between floors and slab shows in the form of the force (core.diagnosis.floor_share).
 """
 

@@ -45,9 +45,9 @@ class FloorShare:
     std: float
     """Standard deviation of the change, by noise, by the scatter between earthquakes and by UNEVEN."""
     before: NoiseRatios
-    """Of the fitted model with the forces as estimated."""
+    """Noise ratios of the fitted model, with the forces as estimated."""
     after: NoiseRatios
-    """The same with the forces for the share of the records."""
+    """The same, with the forces for the share of the records."""
 
     @property
     def share(self) -> float:

@@ -276,7 +276,7 @@ class SourcePoller:
 
 
 @cache
-def _ended(columns: Sequence[str]) -> Update:
+def _ended(columns: tuple[str, ...]) -> Update:
     """Sets columns of the source's state of a building of this number.
 
     Statements are made once, and this one passes the session's objects by: a quiet poll takes little else.
