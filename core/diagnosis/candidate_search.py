@@ -19,7 +19,7 @@ from core.fitting.data import FitData
 from core.fitting.fit import Fit, finish_search, signatures, tangents
 from core.fitting.observation import Observation
 from core.fitting.projection import model_of
-from core.fitting.search import Outcome, Search, start_search, step_search
+from core.fitting.search import Outcome, Search, leads_to, start_search, step_search
 from core.model.isolator import Isolator, parameter
 
 GRID = (5, 3, 2)
@@ -227,14 +227,16 @@ def search_in_parallel(
     """
     searches = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
     diverged = [effect for effect, one in searches.items() if one.outcome is Outcome.DIVERGED]
+    ended = {effect: [one] for effect, one in searches.items()}
     for effect in dict.fromkeys([*_near(searches), *diverged, *thorough]):
         for model in places[effect][1:]:
-            searches[effect] = _better(data, searches[effect], start_search(data, model))
+            ended[effect].append(_continued(data, start_search(data, model), ended[effect]))
     for effect in thorough:
-        exchanged = _exchanged(searches[effect], effect)
+        exchanged = _exchanged(_best(ended[effect]), effect)
         if exchanged is not None:
-            searches[effect] = _better(data, searches[effect], start_search(data, exchanged))
-    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in searches.items()}
+            ended[effect].append(_continued(data, start_search(data, exchanged), ended[effect]))
+    best = {effect: _best(each) for effect, each in ended.items()}
+    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in best.items()}
 
 
 def _exchanged(one: Search, effect: str) -> Isolator | None:
@@ -277,11 +279,16 @@ def _least(searches: Mapping[str, Search]) -> float:
     return min((one.cost for one in searches.values()), default=0.0)
 
 
-def _better(data: FitData, known: Search, other: Search) -> Search:
-    """The other search if it reaches a lower minimum than the known one."""
-    while other.outcome is None and _may_reach(other, known.cost):
+def _best(ended: Sequence[Search]) -> Search:
+    return min(ended, key=lambda one: one.cost)
+
+
+def _continued(data: FitData, other: Search, ended: Sequence[Search]) -> Search:
+    """The other search, continued while it may reach a lower minimum than those that ended, by a way of its own."""
+    lowest = _best(ended).cost
+    while other.outcome is None and _may_reach(other, lowest) and not any(leads_to(other, one) for one in ended):
         other = step_search(data, other)
-    return min(known, other, key=lambda one: one.cost)
+    return other
 
 
 def _may_reach(one: Search, cost: float) -> bool:

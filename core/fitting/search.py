@@ -5,7 +5,7 @@ finds the others), with Kaufman's (1975) approximation of the projection's deriv
 integrated laws, exact to rounding.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -28,7 +28,7 @@ from core.fitting.projection import (
     values_of,
 )
 from core.model.isolator import Isolator, Key, parameter
-from core.optimisation import Damping, FactorDamping, Quadratic, lower_point
+from core.optimisation import Damping, FactorDamping, Quadratic, Step, lower_point
 
 SETTLED = 0.05
 """Reduction of the cost (half of chi-square) below which a search ends; a choice: 1.92 is significant at 5 %."""
@@ -44,6 +44,16 @@ FIRST_DAMPING = FactorDamping(value=1e-3, divisor=8.0, multiplier=8.0, smallest=
 LONGEST_STEP, so that few trials fail."""
 MOST_TRIALS = 8
 """Trials of larger damping in one step. A choice."""
+ALIGNED = 0.9
+"""Cosine between two steps from which on the second tells by how much the first was too short. A choice."""
+MOST_STRETCHED = 4.0
+"""Largest factor by which a step is stretched. A choice."""
+SAME = 0.2
+"""Largest change of each value, as in LONGEST_STEP, between a point and the minimum that it may belong to. A choice."""
+NEARER = 0.8
+"""Ratio of distances to a minimum, after a step and before it, below which the step leads there. A choice."""
+TINY = 1e-300
+"""A smaller value counts as this before its logarithm is taken."""
 
 
 class Outcome(Enum):
@@ -91,11 +101,24 @@ class Search:
     """Reduction of the cost by the last step."""
     outcome: Outcome | None
     """None while the search continues."""
+    last: Vector | None = None
+    """(nonlinear,) last step of the search variables; None if there is none, or if it was shortened or failed."""
+    stretch: float = 1.0
+    """Factor by which the last step was stretched."""
 
     @property
     def cost(self) -> float:
         """Cost of the point; infinite if the search has diverged."""
         return np.inf if self.outcome is Outcome.DIVERGED else self.point.cost
+
+    @property
+    def step(self) -> Vector:
+        """(nonlinear,) next step of the search variables, before it is shortened or stretched."""
+        change = np.zeros(len(self.search.nonlinear))
+        free = self.slope.quadratic.step(self.damping.value)
+        if free is not None:
+            change[list(self.slope.free)] = free
+        return change
 
     @property
     def predicted_gain(self) -> float:
@@ -129,8 +152,13 @@ def step_search(data: FitData, now: Search) -> Search:
         data: the records.
         now: a search without an outcome.
     """
-    step = lower_point(now.point, now.slope.quadratic, partial(_moved, data, now), now.damping, MOST_TRIALS)
+    moved = partial(_moved, data, now)
+    first, stretch = now.step, _stretch(now)
+    step = _stretched(now, moved, stretch)
+    if step is None:
+        stretch, step = 1.0, lower_point(now.point, now.slope.quadratic, moved, now.damping, MOST_TRIALS)
     point, gained, damping = (now.point, 0.0, now.damping) if step is None else (step.point, step.gained, step.damping)
+    is_whole = gained and damping.value <= now.damping.value and stretch * np.abs(first).max() < LONGEST_STEP
     slope = _slope(data, now.search, point) if gained else now.slope
     outcome: Outcome | None = None
     if slope.diverges:
@@ -141,7 +169,53 @@ def step_search(data: FitData, now: Search) -> Search:
         outcome = Outcome.STOPPED
     elif not slope.free:
         outcome = Outcome.AT_BOUND
-    return Search(now.search, point, slope, damping, now.steps + 1, gained, outcome)
+    last, stretch = (first, stretch) if is_whole else (None, 1.0)
+    return Search(now.search, point, slope, damping, now.steps + 1, gained, outcome, last, stretch)
+
+
+def leads_to(now: Search, known: Search) -> bool:
+    """True if a search is on its way to the minimum in which another search of the same effects has ended."""
+    if now.outcome is not None or known.outcome not in (Outcome.SETTLED, Outcome.AT_BOUND) or known.cost > now.cost:
+        return False
+    way = _variables(known) - _variables(now)
+    ahead = np.linalg.norm(way - now.step) < NEARER * np.linalg.norm(way)
+    return bool(np.abs(way).max(initial=0.0) < SAME and ahead)
+
+
+def _variables(now: Search) -> Vector:
+    """(nonlinear,) search variables: logarithms, or values in units of their priors' spreads."""
+    return np.array([_variable(key, now.point.values[key]) for key in now.search.nonlinear])
+
+
+def _variable(key: Key, value: float) -> float:
+    prior = parameter(key).prior
+    return float(np.log(max(value, TINY))) if isinstance(prior, LogNormal) else value / prior.spread
+
+
+def _stretch(now: Search) -> float:
+    """Factor that the next step needs, by how much of the last one it repeats; 1 where the two have other directions.
+
+    Where a law leaves much of the force, the steps of Gauss and Newton are too short by a factor that hardly changes
+    from one to the next, since the residual adds to the curvature of the cost: 1 / (1 - ρ), if each is ρ times the one
+    before (Aitken 1926). After a step that was stretched already, its ratio to this one corrects the factor.
+    """
+    last, step = now.last, now.step
+    if last is None or last.shape != step.shape:
+        return 1.0
+    along, size = float(step @ last), float(last @ last)
+    if not along > ALIGNED * np.sqrt(size * float(step @ step)):
+        return 1.0
+    return float(np.clip(now.stretch / max(1 - along / size, TINY), 1.0, MOST_STRETCHED))
+
+
+def _stretched(now: Search, moved: Callable[[Vector], Point], stretch: float) -> Step[Point] | None:
+    """The next step, stretched; None if it is not to be, or if that does not lower the cost."""
+    if stretch == 1.0:
+        return None
+    change = stretch * now.step[list(now.slope.free)]
+    point = moved(change)
+    gained, expected = now.point.cost - point.cost, float(now.slope.quadratic.descent @ change)
+    return Step(now.point, point, now.damping, gained, expected) if gained > 0 else None
 
 
 def _unit(key: Key, value: float) -> float:
