@@ -90,8 +90,10 @@ class Poller:
         """Poll until `stop` is set; polls in progress end at their next step, or are abandoned while their server
         keeps them waiting."""
         streams = Streams(self.sessions, self.settings, self.holder, self.clock, early_messages.write)
-        sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set, streams.follow)
         schedule = SourceSchedule(lambda code: self._poll(sources, code), self.settings.polling.interval)
+        sources = SourcePoller(
+            self.sessions, self.settings, self.clock, stop.wait, stop.is_set, streams.follow, schedule.next
+        )
         scheduler = BackgroundScheduler(
             executors={"default": ThreadPoolExecutor(1), "checks": ThreadPoolExecutor(1)},
             job_defaults={"coalesce": True, "max_instances": 1, "misfire_grace_time": None},
@@ -109,6 +111,8 @@ class Poller:
             streams.end()
             if left := schedule.end():
                 log.warning("stopped before the sources of %s had answered; no data is lost", ", ".join(left))
+            with self.attempts.one():
+                sources.together.store()
             with self.attempts.one(), self.sessions.begin() as session:
                 process_leases.give_up(session, POLLING, self.holder)
                 process_leases.give_up(session, SHARING + self.holder, self.holder)
@@ -139,6 +143,7 @@ class Poller:
             self._start(scheduler, schedule, name, stop.is_set)
         self._run_overdue(scheduler)
         schedule.go_on()
+        sources.together.store()
         for code, seconds in schedule.lasting():
             sources.note_attempt(code, now - timedelta(seconds=seconds))
         if holds:

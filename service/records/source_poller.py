@@ -4,11 +4,10 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from functools import cache
 from time import monotonic, sleep
 from typing import Any
 
-from sqlalchemy import Update, bindparam, exists, select, update
+from sqlalchemy import select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
@@ -16,17 +15,13 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import tracing
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile, SourceFile
-from service.buildings.queries import latest_revision
 from service.buildings.tables import Building
-from service.db.base import Base
-from service.db.select import Question
 from service.db.sessions import reading
 from service.errors import StoreAwayError
 from service.parsing import ParserDiedError
 from service.records import events
 from service.records.file_store import LostFileError
 from service.records.ingest import (
-    FAILED_BEFORE,
     begin,
     next_stored,
     not_begun,
@@ -36,11 +31,12 @@ from service.records.ingest import (
     take_in,
 )
 from service.records.originals import Secured, secured
+from service.records.polled_together import PolledTogether, end, none_waits
 from service.records.recordings import Fetched, refuse_unseen, remember, store
 from service.records.sources.opening import opened
 from service.records.sources.retried_requests import Manners, ServerClock
 from service.records.sources.source import Arrival, SourceError, Step
-from service.records.tables import STORED, Recording, SourceState
+from service.records.tables import Recording, SourceState
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -90,8 +86,15 @@ class SourcePoller:
     """Called between two steps: True ends the poll, and the next one continues there."""
     follow: Callable[[Building, BuildingFile, SourceFile], None] = lambda building, described, source: None
     """Called where the source is a live stream, which brings its packets by itself."""
+    waiting: Callable[[int], list[str]] = none_waits
+    """Codes of the buildings whose sources are polled next, at most so many."""
     interrupted: set[int] = field(default_factory=set)
     """Recordings whose reading was interrupted by the database, which is no failure of theirs."""
+    together: PolledTogether = field(init=False)
+    """The database's part of polls."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "together", PolledTogether(self.sessions, self.waiting))
 
     def poll_all(self) -> None:
         """Poll every building's source once."""
@@ -114,11 +117,11 @@ class SourcePoller:
             return self._poll(code)
 
     def _poll(self, code: str) -> bool:
-        with reading(self.sessions)() as session:
-            found = session.execute(polled(), {"code": code}).one_or_none()
-            if found is None:
+        found = self.together.found(code)
+        if found is None:
+            with self.sessions() as session:
                 building_store.find(session, code)  # raises
-                return True
+            return True
         building, described = found.Building, building_store.parsed(found.Revision)
         if found.is_to_read_again:
             with self.sessions.begin() as session:
@@ -266,40 +269,16 @@ class SourcePoller:
         self._end(poll, failing_since=None, error=None, looked_at=now, succeeded_at=now, clock_ahead=lead)
 
     def _end(self, poll: Poll, **columns: object) -> None:
-        """Store how a poll ended: in one statement for a source that was polled before."""
+        """Store how a poll ended, at once if it is news that the source fails, or works."""
         new = {"attempted_at": poll.begun_at, **columns}
+        if poll.is_known and not poll.was_failing and columns["error"] is None:
+            self.together.ended(poll.building.id, new)
+            return
         with self.sessions.begin() as session:
             if not poll.is_known:
                 source_state(session, poll.building)
                 session.flush()
-            session.execute(_ended(tuple(new)), {"number": poll.building.id, **new})
-
-
-@cache
-def _ended(columns: tuple[str, ...]) -> Update:
-    """Sets columns of the source's state of a building of this number.
-
-    Statements are made once, and this one passes the session's objects by: a quiet poll takes little else.
-    """
-    table = Base.metadata.tables[SourceState.__tablename__]
-    of_building = update(table).where(table.c.building_id == bindparam("number"))
-    return of_building.values({name: bindparam(name) for name in columns})
-
-
-@cache
-def polled() -> Question:
-    """(Building, Revision, SourceState | None, is_to_read, is_to_read_again) of a building by its `code`."""
-    number = Recording.building_id == Building.id
-    return (
-        latest_revision()
-        .add_columns(
-            SourceState,
-            exists().where(number, STORED).label("is_to_read"),
-            exists().where(number, *FAILED_BEFORE).label("is_to_read_again"),
-        )
-        .outerjoin(SourceState, SourceState.building_id == Building.id)
-        .where(Building.code == bindparam("code"))
-    )
+            session.execute(end(tuple(new)), {"number": poll.building.id, **new})
 
 
 def source_state(session: Session, building: Building) -> SourceState:

@@ -4,6 +4,7 @@ import logging
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from math import inf
 from threading import Lock, Thread
 from time import monotonic
@@ -85,6 +86,11 @@ class SourceSchedule:
         for one in left.values():
             one.thread.join(max(end - monotonic(), 0.0))
         return sorted(code for code, one in left.items() if one.thread.is_alive())
+
+    def next(self, most: int) -> list[str]:
+        """Codes of the working sources that wait for a place, the first ones first, at most so many."""
+        with self.lock:
+            return list(islice(self.waiting, most))
 
     def lasting(self) -> list[tuple[str, float]]:
         """(code, s since it began) of the polls that are long by now."""

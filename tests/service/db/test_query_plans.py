@@ -16,7 +16,7 @@ from service.jobs import queue as job_queue
 from service.models import queries as model_queries
 from service.records import events
 from service.records.ingest import next_stored
-from service.records.source_poller import polled
+from service.records.polled_together import polled
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 5, tzinfo=UTC)
@@ -32,8 +32,8 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         ["ix_event_state_updated_at"],
     ),
     "recordings to be read": (lambda session: next_stored(session, BUILDING), ["ix_recording_stored"]),
-    "the poll of a source": (lambda session: session.execute(polled(), {"code": "B"}), ["ix_recording_stored"]),
-    "recordings to read again": (lambda session: session.execute(polled(), {"code": "B"}), ["ix_recording_refused"]),
+    "the poll of a source": (lambda session: session.execute(polled(), {"codes": ["B"]}), ["ix_recording_stored"]),
+    "recordings to read again": (lambda session: session.execute(polled(), {"codes": ["B"]}), ["ix_recording_refused"]),
     "neglected jobs": (lambda session: job_queue.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
     "last progress": (
         lambda session: job_queue.last_progress(session, NOW, LEASE),
