@@ -1,6 +1,7 @@
 """Events: records of one earthquake joined together, and queued for analysis when they are complete."""
 
 import logging
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
@@ -82,7 +83,8 @@ def add(session: Session, event: Event, recording: Recording, traces: Sequence[T
     """Add a recording's traces to an event, without samples that the event already has."""
     if session.get(EventRecording, (event.id, recording.id)) is None:
         session.add(EventRecording(event_id=event.id, recording_id=recording.id))
-    added = [_add(session, event, trace) for trace in traces]
+    pieces = _pieces(session, event, {trace.channel for trace in traces})
+    added = [_add(session, event, trace, pieces[trace.channel]) for trace in traces]
     session.flush()
     if any(added):
         remember_channels(session, event.building_id, {trace.channel for trace in traces})
@@ -165,31 +167,44 @@ def _merge(session: Session, event: Event, *, into: Event) -> None:
     session.flush()
 
 
-def _add(session: Session, event: Event, trace: Trace) -> bool:
-    """Store the samples that the event does not have yet; False if there are none."""
+def _pieces(session: Session, event: Event, channels: Iterable[str]) -> defaultdict[str, list[Waveform]]:
+    """The event's pieces of these channels, with their samples, by channel; one query for all."""
+    pieces = defaultdict[str, list[Waveform]](list)
+    of_event = select(Waveform).where(Waveform.event_id == event.id, Waveform.channel.in_(sorted(channels)))
+    for one in session.scalars(of_event.options(undefer(Waveform.samples)).order_by(Waveform.id)):
+        pieces[one.channel].append(one)
+    return pieces
+
+
+def _add(session: Session, event: Event, trace: Trace, pieces: list[Waveform]) -> bool:
+    """Store the samples that the event does not have yet; False if there are none.
+
+    Args:
+        session: to write with.
+        event: that the trace belongs to.
+        trace: of one channel.
+        pieces: of the channel, which the event has; what is stored here joins them.
+    """
     new: Trace | None = trace
-    for had in session.scalars(
-        select(Waveform)
-        .where(Waveform.event_id == event.id, Waveform.channel == trace.channel)
-        .options(undefer(Waveform.samples))
-    ):
+    for had in tuple(pieces):
         new = None if new is None else _unknown_part(new, had)
         if new is not None and new.start == had.start:  # the same piece, longer now: its file was still growing
             session.delete(had)
             session.flush()
+            pieces.remove(had)
     if new is None:
         return False
-    session.add(
-        Waveform(
-            event_id=event.id,
-            channel=new.channel,
-            start=new.start,
-            rate=new.rate,
-            count=new.numbers.size,
-            gain=new.gain,
-            samples=encode(new.numbers),
-        )
+    stored = Waveform(
+        event_id=event.id,
+        channel=new.channel,
+        start=new.start,
+        rate=new.rate,
+        count=new.numbers.size,
+        gain=new.gain,
+        samples=encode(new.numbers),
     )
+    session.add(stored)
+    pieces.append(stored)
     return True
 
 
