@@ -200,7 +200,7 @@ def _stretch(now: Search) -> float:
     before (Aitken 1926). After a step that was stretched already, its ratio to this one corrects the factor.
     """
     last, step = now.last, now.step
-    if last is None or last.shape != step.shape:
+    if last is None:
         return 1.0
     along, size = float(step @ last), float(last @ last)
     if not along > ALIGNED * np.sqrt(size * float(step @ step)):

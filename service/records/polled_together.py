@@ -44,10 +44,8 @@ class PolledTogether:
     _read: dict[str, tuple[float, Line]] = field(default_factory=dict)
     """By the building's code: s of the timer, and the answer of `polled`."""
     _reading: Lock = field(default_factory=Lock)
-    _ended: dict[int, Mapping[str, object]] = field(default_factory=dict)
-    """By the building's number: columns of its source's state that are not stored yet."""
-    _since: list[float] = field(default_factory=list)
-    """s of the timer when the first of them ended."""
+    _ended: dict[int, tuple[float, Mapping[str, object]]] = field(default_factory=dict)
+    """By the building's number: s of the timer, and columns of its source's state that are not stored yet."""
     _ending: Lock = field(default_factory=Lock)
 
     def found(self, code: str) -> Line | None:
@@ -71,22 +69,26 @@ class PolledTogether:
             columns: values of the state's columns, the same columns in every call.
         """
         with self._ending:
-            self._ended[number] = columns
-            self._since.append(monotonic())
-            is_due = len(self._ended) >= MANY or monotonic() - self._since[0] > LATEST
+            self._ended[number] = monotonic(), columns
+            oldest = min(since for since, _ in self._ended.values())
+            is_due = len(self._ended) >= MANY or monotonic() - oldest > LATEST
         if is_due or not self.waiting(1):
             self.store()
+
+    def forget(self, number: int) -> None:
+        """Forget an end that is not stored yet, which would hide the news of a later poll of the same source."""
+        with self._ending:
+            self._ended.pop(number, None)
 
     def store(self) -> None:
         """Store the ends that are not stored yet."""
         with self._ending:  # until it is done: a later end of the same source must not be overwritten by an earlier one
             if not self._ended:
                 return
-            rows = [{"number": number, **columns} for number, columns in sorted(self._ended.items())]
+            rows = [{"number": number, **columns} for number, (_, columns) in sorted(self._ended.items())]
             with self.sessions.begin() as session:
                 session.connection().execute(end(tuple(rows[0])[1:]), rows)
             self._ended.clear()
-            self._since.clear()
 
     def _forget_old(self) -> None:
         for code in [code for code, (since, _) in self._read.items() if monotonic() - since >= FRESH]:

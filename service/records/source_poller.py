@@ -274,6 +274,7 @@ class SourcePoller:
         if poll.is_known and not poll.was_failing and columns["error"] is None:
             self.together.ended(poll.building.id, new)
             return
+        self.together.forget(poll.building.id)
         with self.sessions.begin() as session:
             if not poll.is_known:
                 source_state(session, poll.building)

@@ -117,3 +117,16 @@ def test_a_source_that_begins_to_fail_is_stored_at_once_and_so_is_one_that_works
     assert poller.poll("B0")
     with sessions() as session:
         assert session.get_one(SourceState, 1).failing_since is None
+
+
+def test_an_end_that_waits_to_be_stored_does_not_hide_that_the_source_fails_since(
+    sessions: sessionmaker[Session], poller: SourcePoller, server: Server, waiting: list[str]
+) -> None:
+    waiting[:] = CODES[1:]
+    assert poller.poll("B0")
+    assert set(polled_at(sessions)) == {NOW}, "it waits"
+    server.pages["/events/"] = Page(status=500)
+    assert not poller.poll("B0")
+    poller.together.store()
+    with sessions() as session:
+        assert session.get_one(SourceState, 1).failing_since == LATER
