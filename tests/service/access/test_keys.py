@@ -70,6 +70,7 @@ WITHOUT_LIMIT = {
     "drift/monitoring.py": "the worker replaces its own values",
     "jobs/queue.py": "the worker renews its own lease",
     "records/originals.py": "who adds bytes reaches the row of these bytes alone",
+    "records/polled_together.py": "the poller stores how its own polls ended",
     "transfer/exporting.py": "the isolation of a command's own transaction",
 }
 """Modules that use them, and why no caller's limit applies."""
