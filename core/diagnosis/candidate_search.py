@@ -284,7 +284,7 @@ def _best(ended: Sequence[Search]) -> Search:
 
 
 def _continued(data: FitData, other: Search, ended: Sequence[Search]) -> Search:
-    """The other search, continued while it may reach a lower minimum than those that ended, by a way of its own."""
+    """The other search, continued while it may become the lowest and leads to no minimum that is known."""
     lowest = _best(ended).cost
     while other.outcome is None and _may_reach(other, lowest) and not any(leads_to(other, one) for one in ended):
         other = step_search(data, other)

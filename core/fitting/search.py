@@ -5,10 +5,9 @@ finds the others), with Kaufman's (1975) approximation of the projection's deriv
 integrated laws, exact to rounding.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
 
 import numpy as np
 from scipy import linalg
@@ -45,15 +44,15 @@ LONGEST_STEP, so that few trials fail."""
 MOST_TRIALS = 8
 """Trials of larger damping in one step. A choice."""
 ALIGNED = 0.9
-"""Cosine between two steps from which on the second tells by how much the first was too short. A choice."""
+"""Smallest cosine between two successive steps for which the second one is stretched. A choice."""
 MOST_STRETCHED = 4.0
 """Largest factor by which a step is stretched. A choice."""
 SAME = 0.2
-"""Largest change of each value, as in LONGEST_STEP, between a point and the minimum that it may belong to. A choice."""
+"""Largest difference of every value, as in LONGEST_STEP, from a known minimum that a search may lead to. A choice."""
 NEARER = 0.8
-"""Ratio of distances to a minimum, after a step and before it, below which the step leads there. A choice."""
+"""Ratio of the distances to that minimum after and before the next step, below which the step leads there. A choice."""
 TINY = 1e-300
-"""A smaller value counts as this before its logarithm is taken."""
+"""A smaller number counts as this before its logarithm or its inverse is taken."""
 
 
 class Outcome(Enum):
@@ -152,13 +151,13 @@ def step_search(data: FitData, now: Search) -> Search:
         data: the records.
         now: a search without an outcome.
     """
-    moved = partial(_moved, data, now)
-    first, stretch = now.step, _stretch(now)
-    step = _stretched(now, moved, stretch)
-    if step is None:
-        stretch, step = 1.0, lower_point(now.point, now.slope.quadratic, moved, now.damping, MOST_TRIALS)
+    change = now.step
+    stretch = _stretch(now, change)
+    step = _lower_point(data, now, stretch, 1) if stretch > 1.0 else None
+    if step is None or not step.gained:
+        stretch, step = 1.0, _lower_point(data, now, 1.0, MOST_TRIALS)
     point, gained, damping = (now.point, 0.0, now.damping) if step is None else (step.point, step.gained, step.damping)
-    is_whole = gained and damping.value <= now.damping.value and stretch * np.abs(first).max() < LONGEST_STEP
+    is_whole = gained and damping.value <= now.damping.value and stretch * np.abs(change).max() < LONGEST_STEP
     slope = _slope(data, now.search, point) if gained else now.slope
     outcome: Outcome | None = None
     if slope.diverges:
@@ -169,12 +168,17 @@ def step_search(data: FitData, now: Search) -> Search:
         outcome = Outcome.STOPPED
     elif not slope.free:
         outcome = Outcome.AT_BOUND
-    last, stretch = (first, stretch) if is_whole else (None, 1.0)
+    last, stretch = (change, stretch) if is_whole else (None, 1.0)
     return Search(now.search, point, slope, damping, now.steps + 1, gained, outcome, last, stretch)
 
 
 def leads_to(now: Search, known: Search) -> bool:
-    """True if a search is on its way to the minimum in which another search of the same effects has ended."""
+    """True if a search is on its way to the minimum at which another one has ended.
+
+    Args:
+        now: a search.
+        known: another search of the same effects.
+    """
     if now.outcome is not None or known.outcome not in (Outcome.SETTLED, Outcome.AT_BOUND) or known.cost > now.cost:
         return False
     way = _variables(known) - _variables(now)
@@ -192,14 +196,18 @@ def _variable(key: Key, value: float) -> float:
     return float(np.log(max(value, TINY))) if isinstance(prior, LogNormal) else value / prior.spread
 
 
-def _stretch(now: Search) -> float:
-    """Factor that the next step needs, by how much of the last one it repeats; 1 where the two have other directions.
+def _stretch(now: Search, step: Vector) -> float:
+    """Factor by which to stretch the next step; 1 where its direction is not that of the last one.
 
-    Where a law leaves much of the force, the steps of Gauss and Newton are too short by a factor that hardly changes
-    from one to the next, since the residual adds to the curvature of the cost: 1 / (1 - ρ), if each is ρ times the one
-    before (Aitken 1926). After a step that was stretched already, its ratio to this one corrects the factor.
+    Where a law leaves much of the force unexplained, the residual adds to the curvature of the cost, and Gauss-Newton
+    steps are too short. If each is ρ times the one before, the minimum is 1 / (1 - ρ) steps away (Aitken 1926). After a
+    stretched step, the ratio of the two steps corrects its factor.
+
+    Args:
+        now: a search without an outcome.
+        step: its next step.
     """
-    last, step = now.last, now.step
+    last = now.last
     if last is None:
         return 1.0
     along, size = float(step @ last), float(last @ last)
@@ -208,14 +216,13 @@ def _stretch(now: Search) -> float:
     return float(np.clip(now.stretch / max(1 - along / size, TINY), 1.0, MOST_STRETCHED))
 
 
-def _stretched(now: Search, moved: Callable[[Vector], Point], stretch: float) -> Step[Point] | None:
-    """The next step, stretched; None if it is not to be, or if that does not lower the cost."""
-    if stretch == 1.0:
-        return None
-    change = stretch * now.step[list(now.slope.free)]
-    point = moved(change)
-    gained, expected = now.point.cost - point.cost, float(now.slope.quadratic.descent @ change)
-    return Step(now.point, point, now.damping, gained, expected) if gained > 0 else None
+def _lower_point(data: FitData, now: Search, stretch: float, trials: int) -> Step[Point] | None:
+    """The next step, stretched; as core.optimisation.lower_point returns it."""
+
+    def moved(change: Vector) -> Point:
+        return _moved(data, now, stretch * change)
+
+    return lower_point(now.point, now.slope.quadratic, moved, now.damping, trials)
 
 
 def _unit(key: Key, value: float) -> float:

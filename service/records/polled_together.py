@@ -26,7 +26,7 @@ MANY = 50
 FRESH = 5.0
 """s for which the state of a source that waits is good; a change of its building file is seen that much later."""
 LATEST = 1.0
-"""s after which the end of a poll is stored at the latest, when the next one ends."""
+"""s after which the end of a poll is no longer kept for later: the next poll that ends stores it."""
 
 
 def none_waits(_: int) -> list[str]:
@@ -51,13 +51,12 @@ class PolledTogether:
     def found(self, code: str) -> Line | None:
         """A building and the state of its source, as `polled` selects them; None if there is no such building."""
         with self._reading:
-            since, line = self._read.pop(code, (-FRESH, None))
-            if line is not None and monotonic() - since < FRESH:
-                return line
+            self._forget_old()
+            if code in self._read:
+                return self._read.pop(code)[1]
             codes = [code, *(one for one in self.waiting(MANY) if one not in self._read)]
             with reading(self.sessions)() as session:
                 lines = {one.Building.code: one for one in session.execute(polled(), {"codes": codes})}
-            self._forget_old()
             self._read.update({one: (monotonic(), line) for one, line in lines.items() if one != code})
             return lines.get(code)
 
@@ -76,7 +75,7 @@ class PolledTogether:
             self.store()
 
     def forget(self, number: int) -> None:
-        """Forget an end that is not stored yet, which would hide the news of a later poll of the same source."""
+        """Discard an end that is not stored yet: a later poll of the same source has news."""
         with self._ending:
             self._ended.pop(number, None)
 
