@@ -48,6 +48,14 @@ class ParserDiedError(Exception):
     """A file exceeded a limit of its parser; the message names the limit."""
 
 
+class _StoppedError(ParserDiedError):
+    """The child was told that the service had ended, which it had not.
+
+    The system sends the child this signal whenever something happens at the pipe of its requests, and may send that of
+    our last write after the child has read it all and has asked for signals.
+    """
+
+
 class ParserFailedError(Exception):
     """A reader has a bug."""
 
@@ -87,14 +95,21 @@ def origins(name: str, data: bytes, limits: Limits) -> tuple[Origin, ...]:
 
 
 def _exchange(request: wire.Json, name: str, data: bytes, limits: Limits) -> tuple[wire.Json, list[bytearray]]:
-    with _parser(limits) as parser:
-        message, blocks = parser.answer({**request, "seconds": limits.seconds}, name, data)
+    try:
+        message, blocks = _answered(request, name, data, limits)
+    except _StoppedError:
+        message, blocks = _answered(request, name, data, limits)
     if "refusal" in message:
         raise wire.read_refusal(message)
     if "bug" in message:
         log.error("a reader failed at %s:\n%s", name, message["traceback"])
         raise ParserFailedError(message["bug"])
     return message, blocks
+
+
+def _answered(request: wire.Json, name: str, data: bytes, limits: Limits) -> tuple[wire.Json, list[bytearray]]:
+    with _parser(limits) as parser:
+        return parser.answer({**request, "seconds": limits.seconds}, name, data)
 
 
 class Parser:
@@ -129,7 +144,8 @@ class Parser:
             message, blocks = wire.receive(self.process.stdout, self.limits.memory)
         except (EOFError, OSError) as error:
             self.end()
-            raise ParserDiedError(self._cause(name)) from error
+            is_stopped = self.process.returncode == -signal.SIGIO
+            raise (_StoppedError if is_stopped else ParserDiedError)(self._cause(name)) from error
         finally:
             late.cancel()
         self.is_new = False
