@@ -110,14 +110,14 @@ def local_processes(count: int, effects_folder: Path | None = None) -> Executors
 
 
 @contextmanager
-def without_interrupts() -> Iterator[None]:
-    """Start processes within this context without SIGINT, so that Ctrl-C, which reaches the whole terminal, leaves
-    them alone.
+def without_stop_signals() -> Iterator[None]:
+    """Start processes within this context without the signals that stop the service, which ends them itself.
 
-    Otherwise an idle or starting process would die, break the pool and fail a job.
+    Ctrl-C reaches every process of the terminal, and systemd's SIGTERM every process of the service. Otherwise each
+    would die by it, and an attempt at its job would count as failed.
     """
-    resource_tracker.ensure_running()  # otherwise Python starts it within, and unmasks the signal
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # inherited by children and threads
+    resource_tracker.ensure_running()  # otherwise Python starts it within, and unmasks the signals
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})  # inherited by children, threads
     try:
         yield
     finally:
@@ -131,7 +131,7 @@ def is_warmed(settings: Settings) -> bool:
 
 def in_processes(made: Executors, preparation: Callable[[], None], count: int) -> list[Future[None]]:
     """Prepare so many idle processes; each takes one, since a preparation takes longer than to begin it."""
-    with without_interrupts():
+    with without_stop_signals():
         return [made().submit(preparation) for _ in range(count)]
 
 

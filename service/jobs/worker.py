@@ -31,7 +31,7 @@ from service.jobs.executors import (
     LostComputationError,
     in_processes,
     is_warmed,
-    without_interrupts,
+    without_stop_signals,
 )
 from service.jobs.kept import Kept
 from service.jobs.queue import Claim
@@ -311,7 +311,7 @@ class Worker:
         note = Note(self.notes / name) if self.notes else None
         self._tell(job, job.stage.doing)
         job.trace.stage(job.stage.doing)
-        with without_interrupts():
+        with without_stop_signals():
             future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
         self.running[future] = replace(job, note=note, reported=None)
 

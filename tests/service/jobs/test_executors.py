@@ -1,4 +1,4 @@
-"""The processes that compute: a Ctrl-C at the terminal, which reaches them too, takes no work along."""
+"""The processes that compute: signals that stop the service, and reach them too, take no work along."""
 
 import os
 import signal
@@ -11,28 +11,28 @@ from threading import Event, Thread
 import psutil
 import pytest
 
-from service.jobs.executors import end, local_processes, without_interrupts
+from service.jobs.executors import end, local_processes, without_stop_signals
 from service.settings import Settings
 
 SETTINGS = Settings(workers=1)
 
 
 @contextmanager
-def interrupted_all_the_time() -> Iterator[list[int]]:
-    """Every process of the pool, from its first moment on; the numbers of those that were."""
+def sent_all_the_time(number: signal.Signals) -> Iterator[list[int]]:
+    """Send the signal to every process of the pool, from its first moment on; the numbers of those reached."""
     done, reached = Event(), list[int]()
 
-    def interrupt() -> None:
+    def send() -> None:
         while not done.wait(0.01):
             for child in psutil.Process().children(recursive=True):
                 try:
                     if "loky.backend.popen" in " ".join(child.cmdline()):
-                        child.send_signal(signal.SIGINT)
+                        child.send_signal(number)
                         reached.append(child.pid)
                 except psutil.NoSuchProcess:
                     pass
 
-    thread = Thread(target=interrupt)
+    thread = Thread(target=send)
     thread.start()
     try:
         yield reached
@@ -42,17 +42,18 @@ def interrupted_all_the_time() -> Iterator[list[int]]:
 
 
 @pytest.mark.slow
-def test_ctrl_c_reaches_no_process_that_computes() -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["of Ctrl-C", "of systemd"])
+def test_no_signal_that_stops_the_service_ends_a_process_that_computes(number: signal.Signals) -> None:
     """Neither while it starts, nor while it waits for work, nor in the middle of it."""
     made = local_processes(SETTINGS.jobs.workers)
     try:
-        with interrupted_all_the_time() as reached:
+        with sent_all_the_time(number) as reached:
             for _ in range(3):
-                with without_interrupts():
+                with without_stop_signals():
                     future = made().submit(os.getpid)
                 assert future.result(60) in reached
                 assert not Event().wait(0.3)  # idle
-        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ()), "we ourselves hear it again"
+        assert number not in signal.pthread_sigmask(signal.SIG_BLOCK, ()), "we ourselves hear it again"
     finally:
         end(made)
 
