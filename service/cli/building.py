@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from service.cli.database import transaction
 from service.cli.inputs import (
@@ -26,6 +24,7 @@ from service.cli.inputs import (
     write_json,
     write_text,
 )
+from service.cli.tables import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -46,7 +45,7 @@ def add(context: typer.Context, file: File) -> None:
     text = read_text(file)
     with _session(context, file) as session:
         building = building_store.add(session, text, file.parent.resolve(), datetime.now(UTC))
-        Console().print(f"{building.code} is monitored: {building.name}")
+        typer.echo(f"{building.code} is monitored: {building.name}")
         _warn(session, building)
 
 
@@ -58,12 +57,12 @@ def every(context: typer.Context) -> None:
     from service.buildings import store as building_store
     from service.buildings.tables import Building
 
-    table = Table("code", "name", "revision", "since (UTC)")
+    rows = []
     with _session(context) as session:
         for building in session.scalars(select(Building).order_by(Building.code)):
             number = str(building_store.current(session, building).number)
-            table.add_row(building.code, building.name, number, f"{building.created_at:%Y-%m-%d %H:%M}")
-    Console().print(table)
+            rows.append((building.code, building.name, number, f"{building.created_at:%Y-%m-%d %H:%M}"))
+    print_table(("code", "name", "revision", "since (UTC)"), rows)
 
 
 @app.command()
@@ -91,7 +90,7 @@ def update(context: typer.Context, code: Code, file: File) -> None:
         if described != code:
             raise building_store.BuildingError(f"{file} describes building {described!r}; name a file of {code!r}")
         revision = building_store.update_description(session, text, folder, datetime.now(UTC))
-        Console().print(f"{code} is described by revision {revision.number}")
+        typer.echo(f"{code} is described by revision {revision.number}")
         _warn(session, revision.building)
 
 
@@ -170,7 +169,7 @@ def inspect(
         building = building_store.find(session, code)
         inspections.record(session, building, by, Result(result), comment.strip(), made_at, age, now)
         session.flush()
-        Console().print(f"{code}: {texts.inspected(reading.of_building(session, building))}", markup=False)
+        typer.echo(f"{code}: {texts.inspected(reading.of_building(session, building))}")
 
 
 @app.command()

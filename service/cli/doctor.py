@@ -48,14 +48,13 @@ def doctor(
 
 
 def _print(findings: "tuple[Finding, ...]") -> None:
-    from rich.console import Console
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table("check", "state", "found", "what helps")
-    previous = ""
+    from service.cli.tables import print_table
+
+    rows, previous = [], ""
     for one in findings:
         name = "" if one.check == previous else one.check
-        table.add_row(name, Text(one.state, STYLES[one.state]), Text(one.found), Text(one.helps))
+        rows.append((name, Text(one.state, STYLES[one.state]), one.found, one.helps))
         previous = one.check
-    Console().print(table)
+    print_table(("check", "state", "found", "what helps"), rows)

@@ -31,10 +31,8 @@ def drill(
     import getpass
     from datetime import UTC, datetime
 
-    from rich.console import Console
-    from rich.table import Table
-
     from service.buildings.store import BuildingError, find
+    from service.cli.tables import print_table
     from service.errors import TooManyRequestsError
     from service.notify.drill import drill as put_drill
 
@@ -45,10 +43,11 @@ def drill(
         except (BuildingError, TooManyRequestsError) as error:
             raise typer.BadParameter(str(error)) from None
         rows = _awaited(sessions, number, wait)
-    shown = Table("receiver", "kind", "state", "answer")
-    for row in rows:
-        shown.add_row(row.receiver_name, row.receiver_kind, row.state, row.last_answer or UNTAKEN)
-    Console().print(shown if rows else f"{building} has no recipient of drills")
+    if rows:
+        shown = [(row.receiver_name, row.receiver_kind, row.state, row.last_answer or UNTAKEN) for row in rows]
+        print_table(("receiver", "kind", "state", "answer"), shown)
+    else:
+        typer.echo(f"{building} has no recipient of drills")
     raise typer.Exit(0 if rows and all(row.state == "delivered" for row in rows) else 1)
 
 

@@ -7,11 +7,10 @@ from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from service.cli.database import transaction
 from service.cli.inputs import current_settings
+from service.cli.tables import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -65,18 +64,19 @@ def every(context: typer.Context) -> None:
     """List all keys, without their secret parts."""
     from service.access import keys
 
-    table = Table("name", "role", "buildings", "begins with", "created", "last used", "ends", title="Times are in UTC.")
     with _session(context) as session:
-        now, rows = datetime.now(UTC), keys.every(session)
-    for key in rows:
+        now, found = datetime.now(UTC), keys.every(session)
+    rows = []
+    for key in found:
         buildings = "all" if key.buildings is None else ", ".join(key.buildings)
         times = (
             keys.time_in_words(key.created_at),
             keys.time_in_words(key.used_at, "never"),
             keys.end_in_words(key, now),
         )
-        table.add_row(key.name, keys.roles_in_words(key), buildings, key.hash.partition(":")[0], *times)
-    Console().print(table)
+        rows.append((key.name, keys.roles_in_words(key), buildings, key.hash.partition(":")[0], *times))
+    headers = ("name", "role", "buildings", "begins with", "created", "last used", "ends")
+    print_table(headers, rows, title="Times are in UTC.")
 
 
 @app.command()
@@ -113,14 +113,15 @@ def every_link(context: typer.Context) -> None:
     """List all links to buildings, without their secret parts."""
     from service.access import keys, links
 
-    table = Table("number", "building", "for", "begins with", "made by", "last used", "ends", title="Times are in UTC.")
+    rows = []
     with _session(context) as session:
         now = datetime.now(UTC)
         for one in links.every(session):
             times = (keys.time_in_words(one.used_at, "never"), keys.end_in_words(one, now))
             begins_with = one.hash.partition(":")[0]
-            table.add_row(str(one.id), one.building.code, one.name, begins_with, one.created_by, *times)
-    Console().print(table)
+            rows.append((str(one.id), one.building.code, one.name, begins_with, one.created_by, *times))
+    headers = ("number", "building", "for", "begins with", "made by", "last used", "ends")
+    print_table(headers, rows, title="Times are in UTC.")
 
 
 @app.command()

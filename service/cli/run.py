@@ -178,7 +178,7 @@ def prune(
         bool, typer.Option(help="Rewrite the file of an SQLite database without its free pages; writers wait for it.")
     ] = False,
 ) -> None:
-    """Delete what the settings of [retention] allow to delete, kind by kind and in small steps.
+    """Delete what the retention settings allow to delete, kind by kind and in small steps.
 
     What a verdict, an alert, a baseline, a current model or an inspection refers to is kept, and so are the numbers of
     every analysis. Services may run meanwhile.
@@ -211,13 +211,10 @@ def _pruned(one: "Prunable", verb: str) -> str:
 @app.command("settings")
 def show_settings() -> None:
     """Show the current value of every setting and its origin."""
-    from rich.console import Console
-    from rich.table import Table
+    from service.cli.tables import print_table
 
-    table = Table("setting", "value", "from", "meaning")
-    for setting in current_settings().explained():
-        table.add_row(setting.name, setting.value, setting.origin, setting.description)
-    Console().print(table)
+    rows = [(one.name, one.value, one.origin, one.description) for one in current_settings().explained()]
+    print_table(("setting", "value", "from", "meaning"), rows)
 
 
 def check_port(settings: "Settings") -> None:

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from service.cli.database import transaction
 from service.cli.inputs import REFUSED, end
+from service.cli.tables import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -81,13 +81,12 @@ def _print_all(found: "list[Status]") -> None:
     from service.verdict import texts
     from service.verdict.checks import Outcome
 
-    table = Table("building", "verdict", "what to do", "last earthquake (UTC)", "checks passed")
+    rows = []
     for line, verdict in found:
         passed = f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)}" if verdict.checks else "none"
         name = f"{line.Building.code}, {line.Building.name}"
-        row = (name, texts.headline(verdict), texts.meaning(verdict), _last(line), passed)
-        table.add_row(*map(Text, row))
-    Console().print(table)
+        rows.append((name, texts.headline(verdict), texts.meaning(verdict), _last(line), passed))
+    print_table(("building", "verdict", "what to do", "last earthquake (UTC)", "checks passed"), rows)
 
 
 def _print_one(status: "Status") -> None:

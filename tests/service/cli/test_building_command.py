@@ -35,6 +35,18 @@ def test_a_building_is_added_listed_shown_and_updated(folder: Path) -> None:
     assert building("show", "TOWER").output == heavier
 
 
+def test_a_name_is_printed_as_it_is_and_in_full(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Square brackets are not taken for markup, and a word that is longer than its column is folded."""
+    monkeypatch.setenv("COLUMNS", "80")
+    name = "Tower [north] [/b] Taumatawhakatangihangakoauauotamateaturipukakapiki"
+    text = (folder / "building.toml").read_text("utf-8")
+    own = next(line for line in text.splitlines() if line.startswith("name = "))
+    (folder / "building.toml").write_text(text.replace(own, f'name = "{name}"', 1), "utf-8")
+    assert building("add", folder / "building.toml").output.startswith(f"TOWER is monitored: {name}\n")
+    cells = [line.split("│")[2].strip() for line in building("list").output.splitlines() if "│" in line]
+    assert "".join(cells).replace(" ", "") == name.replace(" ", "")
+
+
 def test_the_same_description_again_is_no_new_revision(folder: Path) -> None:
     building("add", folder / "building.toml")
     assert "revision 1" in building("update", "TOWER", folder / "building.toml").output

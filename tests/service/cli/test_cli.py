@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import typer
 from paper_records import building_file
+from rich.text import Text
 from typer.testing import CliRunner
 
 from service.cli import app
@@ -36,9 +37,10 @@ def commands(path: str = "menshin", command: object = None) -> Iterator[tuple[st
 
 @pytest.mark.parametrize(("path", "command"), tuple(commands()))
 def test_every_command_argument_and_option_has_a_help_text(path: str, command: object) -> None:
-    assert getattr(command, "help", None), path
-    for parameter in getattr(command, "params", ()):
-        assert getattr(parameter, "help", None), f"{path} {parameter.name}"
+    for where, one in ((path, command), *((f"{path} {one.name}", one) for one in getattr(command, "params", ()))):
+        text = getattr(one, "help", None)
+        assert text, where
+        assert Text.from_markup(text).plain == text, f"{where}: a part in square brackets would not be printed"
 
 
 def test_the_reference_is_what_the_commands_say() -> None:

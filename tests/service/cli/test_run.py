@@ -58,6 +58,8 @@ def test_settings_are_shown_with_their_reason_and_no_password(tmp_path: Path) ->
     shown = run(tmp_path, "postgresql://me:hunter2@host/name", "settings", COLUMNS="300")
     assert "hunter2" not in shown.stdout
     assert "environment MENSHIN_DATABASE_URL" in shown.stdout
+    narrow = run(tmp_path, "sqlite:////tmp/a/folder/with/a/long/name/menshin.sqlite", "settings", COLUMNS="80")
+    assert "…" not in narrow.stdout, "names and values are complete"
     wrong = run(tmp_path, "sqlite://", "settings", MENSHIN_PORT="many")
     assert (wrong.returncode, "port" in wrong.stderr) == (2, True)
 
