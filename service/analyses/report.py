@@ -18,8 +18,13 @@ from core.isolation_layer.motion import MeasuredMotion
 from core.record import Finding
 from core.rounding import significant, with_std
 from service.reports import charts as report_charts
+from service.reports.terminal import folding_table
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
+DEVIATIONS = (
+    "± is one standard deviation. An error of the building's total mass scales force, stiffness and damping; no "
+    "deviation includes it."
+)
 SHOWN = 12
 """Cycles in a summary: the largest."""
 GAL, MM, MRAD, KN, KN_PER_MM, PERCENT = 1e2, 1e3, 1e3, 1e-3, 1e-6, 1e2
@@ -56,10 +61,12 @@ def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[R
     for name, result in event.directions.items():
         yield from _direction(name, result, description)
     yield from _across(event)
+    if event.directions:
+        yield Text(f"\n{DEVIATIONS}", style="dim")
 
 
 def _quality(findings: tuple[Finding, ...]) -> Table:
-    table = Table("severity", "kind", "channel", "finding", title="quality", title_justify="left")
+    table = folding_table("severity", "kind", "channel", "finding", title="quality")
     for finding in findings:
         row = (finding.severity, finding.kind, finding.channel or "", finding.message)
         table.add_row(*(Text(cell) for cell in row), style=STYLES[finding.severity])
@@ -121,7 +128,7 @@ def _across(event: EventAnalysis) -> Iterator[RenderableType]:
 
 def _modes(result: DirectionAnalysis, description: BuildingDescription) -> Table:
     floors = [level.name for level in description.floors]
-    table = Table("mode", "Hz", "damping (%)", title="superstructure, fixed base", title_justify="left")
+    table = folding_table("mode", "Hz", "damping (%)", title="superstructure, fixed base")
     for floor in floors:
         table.add_column(Text(floor), justify="right")
     for number, mode in enumerate(result.restoring_force.modes, start=1):

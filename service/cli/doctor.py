@@ -50,7 +50,7 @@ def doctor(
 def _print(findings: "tuple[Finding, ...]") -> None:
     from rich.text import Text
 
-    from service.cli.tables import print_table
+    from service.reports.terminal import print_table
 
     rows, previous = [], ""
     for one in findings:

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from service.cli.database import transaction
 from service.cli.inputs import REFUSED, end
-from service.cli.tables import print_table
+from service.reports.terminal import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

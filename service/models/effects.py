@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from core.effect import Effect, Parameter, explained
+from service.reports.terminal import folding_table
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:
@@ -25,7 +26,7 @@ def law(effect: Effect) -> str:
 
 def overview(effects: Mapping[str, Effect]) -> RenderableType:
     """A table of all, by family: effects of one family leave similar traces in records."""
-    table = Table("effect", "suspect it when")
+    table = folding_table("effect", "suspect it when")
     for family, names in families(effects).items():
         table.add_row(Text(family, style="bold"), "")
         for name in names:
@@ -53,7 +54,7 @@ def _parts(name: str, effect: Effect) -> Iterator[RenderableType]:
 
 
 def _parameters(parameters: tuple[Parameter, ...]) -> Table:
-    table = Table("parameter", "unit", "bounds", "usual", "meaning")
+    table = folding_table("parameter", "unit", "bounds", "usual", "meaning")
     for one in parameters:
         low, high = one.bounds
         cells = (one.name, one.unit, f"{low:g} ... {high:g}", f"{one.prior.median:g}", one.meaning)

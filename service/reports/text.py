@@ -34,7 +34,7 @@ def table(content: Table) -> RichTable:
     for number, title in enumerate(content.headings):
         is_text = not number or title in content.texts
         is_narrow = not number and max((len(row[0]) for row in content.rows), default=0) <= NARROW
-        drawn.add_column(RichText(title), justify="left" if is_text else "right", no_wrap=is_narrow)
+        drawn.add_column(RichText(title), justify="left" if is_text else "right", no_wrap=is_narrow, overflow="fold")
     for number, row in enumerate(content.rows, start=1):
         drawn.add_row(*map(RichText, row), end_section=number == len(content.rows) - content.sums)
     return drawn

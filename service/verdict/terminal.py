@@ -1,11 +1,12 @@
 """An assessment for an engineer at a terminal."""
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from service.reports.terminal import folding_table
 from service.verdict import texts
 from service.verdict.assessment import Assessment
 from service.verdict.checks import Check, Outcome
@@ -25,13 +26,25 @@ def _parts(assessment: Assessment) -> Iterator[RenderableType]:
         yield Text(f"alert {alert.id}, {texts.STATE_NAMES.get(alert.state, alert.state)}: {alert.summary}")
     if not assessment.checks:
         return
-    table = Table("check", "value (± 95 %)", "limit", "outcome", "source of the limit, and what would settle it")
+    table = folding_table("check", "value (± 95 %)", "limit", "outcome")
     for check in assessment.checks:
-        row = (texts.title(check), texts.value(check), texts.limit(check), check.outcome.value, _ground(check))
+        row = (texts.title(check), texts.value(check), texts.limit(check), check.outcome.value)
         table.add_row(*(Text(cell) for cell in row), style=STYLES[check.outcome])
     yield table
+    yield Text("sources of the limits, and what would settle a check", style="bold")
+    yield from _grounds(assessment.checks)
+
+
+def _grounds(checks: Sequence[Check]) -> Iterator[Text]:
+    """A line for each source with what would settle checks, and the checks that it is about."""
+    about: dict[str, list[str]] = defaultdict(list)
+    for check in checks:
+        about[_ground(check)].append(texts.title(check))
+    for ground, titles in about.items():
+        if ground:
+            yield Text(f"- {'; '.join(titles)}: {ground}")
 
 
 def _ground(check: Check) -> str:
     settles = (check.reason, check.remedy) if check.outcome is Outcome.UNDECIDED else ()
-    return " ".join(part for part in (texts.source(check), *settles) if part)
+    return " ".join(f"{part.removesuffix('.')}." for part in (texts.source(check), *settles) if part)

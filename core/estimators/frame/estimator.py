@@ -22,8 +22,8 @@ NAME = "smoother"
 """Name of the estimator in stored results."""
 CALIBRATED = (0.2, 20.0)
 """Hz, of the lines that the superstructure is calibrated by. A choice."""
-ALL_MEASURED = "nothing: every floor is measured"
-"""Assumption of an estimate that needs no model, in words."""
+ALL_MEASURED = "masses as given, every floor measured"
+"""Assumption of an estimate that needs no model of the superstructure, in words."""
 FREE_VIBRATION_BOUND = 3.0
 """Standard deviation of the free vibration at the record's ends over the floors' root mean square. A choice."""
 

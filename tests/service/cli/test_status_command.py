@@ -44,7 +44,7 @@ def test_a_normal_building_ends_with_zero_and_shows_every_check(sessions: sessio
 
 
 def test_the_most_severe_building_comes_first_and_ends_with_one(
-    sessions: sessionmaker[Session], database_url: str
+    sessions: sessionmaker[Session], database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with sessions.begin() as session:
         normal, strong, silent = shaken(session, 0.02), shaken(session, STRONG), building(session, limits="")
@@ -62,6 +62,8 @@ def test_the_most_severe_building_comes_first_and_ends_with_one(
     unsettled = menshin("status", "--building", codes[1])
     assert unsettled.exit_code == 1
     assert "Give design_displacement under [isolation] in the building file." in unsettled.output
+    monkeypatch.setenv("COLUMNS", "60")
+    assert "…" not in menshin("status").output + menshin("status", "--building", codes[1]).output, "nothing is cut off"
     assert menshin("status", "--building", codes[2]).exit_code == 0
 
 
