@@ -238,10 +238,16 @@ def place(region: Region) -> str:
 
 
 def _corrections(failing: Failure) -> Iterator[str]:
-    yield (
-        f"Another constant stiffness and damping would remove {_share(failing.constant)} of the excess error; the best "
-        f"function of displacement and velocity would remove {_share(failing.over_motion)}."
-    )
+    if failing.over_motion.value > failing.constant.value:
+        yield (
+            f"Another constant stiffness and damping would remove {_share(failing.constant)} of the excess error; the "
+            f"best function of displacement and velocity would remove {_share(failing.over_motion)}."
+        )
+    else:
+        yield (
+            f"Another constant stiffness and damping would remove {_share(failing.constant)} of the excess error; no "
+            "other function of displacement and velocity was found that removes more."
+        )
     helping = [(one, one.explained_share) for one in failing.profiles if one.explained_share is not None]
     helping = [(one, away) for one, away in helping if away.low > failing.constant.value + WORTH_NAMING]
     helping.sort(key=lambda pair: -pair[1].value)

@@ -73,11 +73,12 @@ def constant(samples: Blocks, motion: Matrix) -> Share:
 
 
 def over_motion(samples: Blocks, motion: Matrix) -> Share:
-    """Share of the excess error that the best function of displacement and velocity would remove."""
-    largest = np.abs(motion).max(axis=0)
-    cells = np.clip(((motion / largest + 1) / 2 * GRID).astype(np.intp), 0, GRID - 1)
-    one = np.ones((motion.shape[0], 1))
-    return explained_share(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, samples)
+    """Share of the excess error that the best function of displacement and velocity would remove: a plane in each of
+    GRID by GRID cells."""
+    scaled = motion / np.abs(motion).max(axis=0)
+    cells = np.clip(((scaled + 1) / 2 * GRID).astype(np.intp), 0, GRID - 1)
+    plane = np.column_stack([np.ones(scaled.shape[0]), scaled])
+    return explained_share(plane, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, samples)
 
 
 def _edges(covariate: Covariate, energy: Vector) -> Vector:
