@@ -112,6 +112,23 @@ def errors(compared: Compared) -> Errors:
     return Errors(**{role: _error([one for one, _ in compared if one.role == role]) for role in ROLES})
 
 
+def errors_in_the_same_events(line: Sequence[Compared]) -> list[Errors]:
+    """Errors of versions in the events that the last one was compared with, by their role for that one.
+
+    None where a version was not compared with all events of a role: its error in other events does not show what a
+    change removed.
+    """
+    of_last = [one for one, _ in line[-1]]
+
+    def error(compared: Compared, role: str) -> ErrorOut | None:
+        own = {(one.event_id, one.direction): one for one, _ in compared}
+        same = [own.get((one.event_id, one.direction)) for one in of_last if one.role == role]
+        found = [one for one in same if one is not None]
+        return _error(found) if len(found) == len(same) else None
+
+    return [Errors(**{role: error(compared, role) for role in ROLES}) for compared in line]
+
+
 def comparison_row(comparison: ModelComparison, event: Event) -> ComparisonRow:
     """A comparison in a list."""
     force = Misfit(**comparison.misfit)

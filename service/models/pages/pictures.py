@@ -121,11 +121,14 @@ def window(
 
 @router.get("/model-lineage.{form}")
 def lineage(wanted: As, sessions: Reading, model: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
-    """Error of each version that led to a model."""
+    """Error of each version that led to a model, all in the events that the model was compared with."""
     with sessions() as session:
         queries.version(session, model)
-        rows = answers.rows(session, queries.lineage(session, model))
-    errors = [(f"{row.direction} {row.number}", dict(zip(GROUPS, _by_role(row.errors), strict=True))) for row in rows]
+        line = queries.lineage(session, model)
+        compared = queries.latest_comparisons(session, [one.id for one in line])
+        found = answers.errors_in_the_same_events([compared[one.id] for one in line])
+        names = [f"{one.direction} {one.number}" for one in line]
+    errors = [(name, dict(zip(GROUPS, _by_role(one), strict=True))) for name, one in zip(names, found, strict=True)]
     return picture(wanted, lambda: falls(errors), "model-lineage", model, errors)
 
 

@@ -1,16 +1,22 @@
 """Trend of a model's error, and when the model no longer fits."""
 
+from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
 from core.comparison.misfit import Misfit
+from service.models.answers import Compared, errors_in_the_same_events
+from service.models.tables import ModelComparison
 from service.models.trend import ABOVE_FLOOR, LEAST, SPARE, EventError, finding, rated
+from service.records.tables import Event
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
+NOISE = 0.01
+"""Share of the force's RMS."""
 
 
-def seen(number: int, excess: float, *, fitted: bool = False, noise: float = 0.01, direction: str = "x") -> EventError:
+def seen(number: int, excess: float, *, fitted: bool = False, noise: float = NOISE, direction: str = "x") -> EventError:
     """An event in which noise, and `excess` beside it, are shares of the force's RMS."""
     misfit = Misfit(samples=100, error=excess**2 + noise**2, signal=1.0, spread=1.0, noise=noise**2)
     return EventError(number, START + timedelta(days=number), direction, fitted, misfit)
@@ -18,6 +24,29 @@ def seen(number: int, excess: float, *, fitted: bool = False, noise: float = 0.0
 
 def missed(*events: EventError) -> list[bool]:
     return [one.is_missed for one in rated(events)]
+
+
+def compared(role: str, **errors: float) -> Compared:
+    """A version's comparisons in one role: by event, the error as a share of the force."""
+    return [
+        (ModelComparison(event_id=number, direction="x", role=role, misfit=asdict(seen(number, error).misfit)), Event())
+        for number, error in ((int(name.removeprefix("event_")), error) for name, error in errors.items())
+    ]
+
+
+def test_versions_are_shown_by_their_errors_in_the_same_events() -> None:
+    """The first one's small error in a weak event is not set beside the error of the next in a strong one."""
+    design = compared("later", event_1=0.30)
+    fitted = [*compared("fitted", event_1=0.10), *compared("later", event_2=0.50)]
+    extended = [*compared("fitted", event_1=0.02, event_2=0.05), *compared("left_out", event_3=0.06)]
+
+    def shown(*line: Compared) -> list[tuple[float | None, ...]]:
+        each = [(one.fitted, one.left_out, one.later) for one in errors_in_the_same_events(line)]
+        return [tuple(None if one is None or one.nrmse is None else round(one.nrmse, 2) for one in row) for row in each]
+
+    assert shown(design, fitted) == [(0.30, None, None), (0.10, None, 0.50)]
+    both = round(((0.10**2 + 0.50**2) / 2 + NOISE**2) ** 0.5, 2)
+    assert shown(design, fitted, extended) == [(None, None, None), (both, None, None), (0.04, 0.06, None)]
 
 
 def test_an_event_is_missed_beyond_what_the_model_was_used_to() -> None:
