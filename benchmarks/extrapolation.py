@@ -40,7 +40,8 @@ from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
 from core.signals.conditioning import band_passed
 from core.workbench.cross_validation import Validated, beyond_range, validated
-from core.workbench.earthquakes import EPOCH, Earthquakes, peak, silent
+from core.workbench.earthquakes import EPOCH, Earthquakes, peak
+from core.workbench.progress import silent
 
 TESTS = ("CNP100", "LAC100", "SP100")
 SPANS = ((0.0, 39.0), (5.0, 51.0), (0.0, 63.0))

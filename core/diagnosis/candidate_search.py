@@ -5,7 +5,7 @@ parallel, one step each in turn; a search ends early when it cannot come near th
 behind do not matter to a diagnosis. Only effects that came near are searched from another starting point too.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -51,6 +51,14 @@ REACH = 50.0
 """Ratio of the largest to the smallest length or speed that is then tried. A choice."""
 
 
+ReportShare = Callable[[float], None]
+"""Called with the share of some work that is done."""
+
+
+def unheard(share: float) -> None:
+    """A share that is not reported."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoreTest:
     """Expected reduction of chi-square by an effect at one place of its parameters, before any fit."""
@@ -62,7 +70,9 @@ class ScoreTest:
     """Reduction of chi-square, with small changes of the model's other parameters."""
 
 
-def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple[ScoreTest, ...], ...]:
+def score_tests(
+    data: FitData, base: Fit, effects: Collection[str], report: ReportShare = unheard
+) -> tuple[tuple[ScoreTest, ...], ...]:
     """Best places to begin a search for every effect: Rao's (1948) score test over a grid of its shapes.
 
     The most promising effect first, and of each the best place.
@@ -71,9 +81,13 @@ def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple
         data: the records, weighed.
         base: the model without them, fitted to the records.
         effects: their names.
+        report: called with the share of the effects that are tested.
     """
     basis = np.linalg.qr(tangents(data, base).T).Q
-    tests = (_by_place(data, base, basis, effect) for effect in effects)
+    tests = []
+    for number, effect in enumerate(effects, 1):
+        tests.append(_by_place(data, base, basis, effect))
+        report(number / len(effects))
     return tuple(sorted(tests, key=lambda places: -places[0].gain))
 
 

@@ -61,7 +61,7 @@ class Step:
     """Share of the excess error that the effect takes beside the others; None until all are known."""
 
 
-def unreported(step: str) -> None:
+def unreported(step: str, share: float = 0.0) -> None:
     """Progress that is not reported."""
 
 

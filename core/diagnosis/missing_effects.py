@@ -39,6 +39,10 @@ MOST_UNEXPLAINED = 0.5
 of benchmarks.diagnosis."""
 
 
+BEGINNING = "trying every effect"
+"""The first step of a diagnosis, in words."""
+
+
 class Outcome(Enum):
     """Outcome of a diagnosis."""
 
@@ -111,12 +115,36 @@ class Diagnosis:
         return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
 
 
+class _Course:
+    """Course of a diagnosis. The number of its rankings is not known: each takes half of the way that is left."""
+
+    def __init__(self, report: Callable[[str, float], None], doing: str) -> None:
+        self._report, self._doing, self._rankings, self._share = report, doing, 0, 0.0
+
+    def step(self, doing: str) -> None:
+        """Begin what is described in words."""
+        self._doing = doing
+        self._report(doing, self._share)
+
+    def ranking(self) -> Callable[[float], None]:
+        """Begin another ranking; what is returned reports its share."""
+        self._rankings += 1
+        left = 0.5**self._rankings
+
+        def report(share: float) -> None:
+            self._share = max(self._share, 1 + left * (share - 2))
+            self._report(self._doing, self._share)
+
+        return report
+
+
 def diagnosed(
     observations: Sequence[Observation],
     model: Isolator,
     effects: Collection[str] | None = None,
-    report_step: Callable[[str], None] = unreported,
+    report: Callable[[str, float], None] = unreported,
     held_out: Sequence[Observation] = (),
+    doing: str = BEGINNING,
 ) -> Diagnosis:
     """Diagnose a model by the records of several earthquakes.
 
@@ -124,8 +152,9 @@ def diagnosed(
         observations: of the earthquakes.
         model: effects and values.
         effects: names of those that may be added; None for all there are.
-        report_step: called after each ranking that leads to another one, with the effects so far, in words.
+        report: called with the effects so far, in words, and the share of the work that is done, an estimate.
         held_out: of other earthquakes, which nothing is fitted to: an effect must explain them too.
+        doing: the first step, in words.
 
     Raises:
         RecordError: no observation, or none with motion and force.
@@ -137,12 +166,13 @@ def diagnosed(
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     allowed_effects = sorted(EFFECTS if effects is None else effects)
 
-    first = ranked(by_noise, model, _others(allowed_effects, model))
+    course = _Course(report, doing)
+    first = ranked(by_noise, model, _others(allowed_effects, model), report=course.ranking())
 
     def rank(now: Isolator, known: Isolator | None = None) -> Ranking:
-        return ranked(by_noise, now, _others(allowed_effects, now), known, first.base.model)
+        return ranked(by_noise, now, _others(allowed_effects, now), known, first.base.model, course.ranking())
 
-    steps, last = searched(by_noise, first, allowed_effects, rank, report_step)
+    steps, last = searched(by_noise, first, allowed_effects, rank, course.step)
     judge = Judge.of(observations, held_out)
     steps, idle, last = earning(by_noise, judge, steps, last, rank)
     best = best_step(first)

@@ -11,7 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.diagnosis.candidate_search import ScoreTest, score_tests, search_in_parallel, unusual_length, yields_beside
+from core.diagnosis.candidate_search import (
+    ReportShare,
+    ScoreTest,
+    score_tests,
+    search_in_parallel,
+    unheard,
+    unusual_length,
+    yields_beside,
+)
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.fitting.data import FitData
@@ -126,6 +134,7 @@ def ranked(
     effects: Sequence[str],
     known: Isolator | None = None,
     calm: Isolator | None = None,
+    report: ReportShare = unheard,
 ) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
@@ -139,29 +148,32 @@ def ranked(
         known: the model with one of them, at values that are near its best; None if none is known.
         calm: some of the model's effects at values from which the search begins where the model's own force grows
             beyond all bounds, since values beside an effect may be too extreme without it; None for no such values.
+        report: called with the share of the effects that are tested.
 
     Raises:
         ModelError: the model's own force grows beyond all bounds, from the calm values too.
     """
     try:
-        return _ranked(by_noise, model, effects, known)
+        return _ranked(by_noise, model, effects, known, report)
     except ModelError:
         if calm is None:
             raise
-        return _ranked(by_noise, Isolator({**model.effects, **calm.effects}), effects, known)
+        return _ranked(by_noise, Isolator({**model.effects, **calm.effects}), effects, known, report)
 
 
-def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: Isolator | None) -> Ranking:
+def _ranked(
+    by_noise: FitData, model: Isolator, effects: Sequence[str], known: Isolator | None, report: ReportShare
+) -> Ranking:
     base = finite_fit(by_noise, model)
     data = reweighted_data(by_noise, base)
     base = finite_fit(data, base.model)
     floor = np.array([noise_rms(w) for w in by_noise.whitenings])
     own = set() if known is None else set(known.effects) - set(base.model.effects)
     simple = [name for name in effects if name in own or not EFFECTS[name].special]
-    seen, fits = _searched(data, base, simple, known)
+    seen, fits = _searched(data, base, simple, report, known)
     contain = _worth_trying([name for name in effects if name not in simple], data, base, fits, floor)
     if contain:
-        more, their_fits = _searched(data, base, contain, is_last=True)
+        more, their_fits = _searched(data, base, contain, unheard, is_last=True)
         seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
@@ -188,14 +200,20 @@ def _ranked(by_noise: FitData, model: Isolator, effects: Sequence[str], known: I
 
 
 def _searched(
-    data: FitData, base: Fit, effects: Sequence[str], known: Isolator | None = None, *, is_last: bool = False
+    data: FitData,
+    base: Fit,
+    effects: Sequence[str],
+    report: ReportShare,
+    known: Isolator | None = None,
+    *,
+    is_last: bool = False,
 ) -> tuple[tuple[tuple[ScoreTest, ...], ...], dict[str, Fit]]:
     """Best places of every effect, and the fits of the promising ones.
 
     In the last search also those of forces that yield beside the damper: a damper that was fitted without one has
     taken on a part of it, so that its score test may promise little of what it explains.
     """
-    seen = score_tests(data, base, effects)
+    seen = score_tests(data, base, effects, report)
     if known is not None:
         seen = _from_known(seen, base, known)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0

@@ -14,7 +14,7 @@ from core.estimators.superstructure import instrumented_superstructure
 from core.record import Direction
 from core.rounding import significant
 from core.tables import Table, report
-from core.workbench.earthquakes import Progress, silent
+from core.workbench.progress import Progress, silent
 
 MODES = 3
 """Modes in a table."""

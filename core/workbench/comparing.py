@@ -15,7 +15,8 @@ from core.model.isolator import Isolator
 from core.rounding import plain
 from core.tables import Table, report
 from core.units import percent
-from core.workbench.earthquakes import Earthquakes, ModelErrors, Progress, model_errors, silent
+from core.workbench.earthquakes import Earthquakes, ModelErrors, model_errors
+from core.workbench.progress import Progress, silent
 
 SEED = 1
 """Seed of the intervals: the same records give the same report."""

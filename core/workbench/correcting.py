@@ -9,7 +9,8 @@ from core.diagnosis.corrections import Correction, corrected, correction
 from core.diagnosis.floor_share import FloorShare, with_floor_share
 from core.diagnosis.sensor_faults import sensor_faults
 from core.errors import CoreError
-from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, Progress, analysed, joined, silent
+from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, analysed, joined
+from core.workbench.progress import Progress, silent
 
 ROUNDS = 2
 """Rounds of correction at most: a reversed channel shows its gain after it was turned. A choice."""

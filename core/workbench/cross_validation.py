@@ -27,7 +27,8 @@ from core.frozen import FrozenDict
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, Key
 from core.signals.whitening import Whitening
-from core.workbench.earthquakes import Earthquakes, Progress, peak
+from core.workbench.earthquakes import Earthquakes, peak
+from core.workbench.progress import Progress
 
 FEWEST = 2
 """Earthquakes at least: each is predicted by those that are left."""

@@ -31,9 +31,10 @@ from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, stag
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
 from core.workbench.directions import DirectionDiagnosis, direction_sentences, each_direction
-from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
+from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, lowers, model_errors
 from core.workbench.fitting import deviations, readable
 from core.workbench.out_of_range import OutOfRange, out_of_range, range_sentences
+from core.workbench.progress import FINE, Progress, silent, within
 from core.workbench.searching import search_effects
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 from core.workbench.texts import (
@@ -166,14 +167,14 @@ def diagnose(
         RecordError: no observation is left to fit to.
         ModelError: a model's force grew beyond all bounds.
     """
-    seen = corrected_copy(Earthquakes.of(earthquakes, hold_out), progress)
+    seen = corrected_copy(Earthquakes.of(earthquakes, hold_out), within(progress, 0.0, 0.1))
     if not seen.fitted:
         raise RecordError(NONE_TO_FIT)
-    found = search_effects(model, seen, effects, progress)
+    found = search_effects(model, seen, effects, within(progress, 0.1, 0.6))
     seen, diagnosis = found.earthquakes, found.diagnosis
-    progress("locating the model's errors", 2, 4)
+    progress("locating the model's errors", 60, FINE)
     refitted = compare(readable(diagnosis.refitted.model), seen)
-    progress("driving the versions by the motion and by the ground alone", 3, 4)
+    progress("driving the versions by the motion and by the ground alone", 65, FINE)
     staged = stages(diagnosis, seen)
     versions = [Version(AS_GIVEN, model_errors(model, seen)), Version(REFITTED, refitted.errors)]
     for number, stage in enumerate(staged):
@@ -185,8 +186,8 @@ def diagnose(
     failing = out_of_range(versions[-1].errors, seen)
     if failing and _fits(diagnosis):
         diagnosis = replace(diagnosis, outcome=Outcome.OUT_OF_RANGE)
-    each = each_direction(diagnosis, model, seen, directions, found.offered, lambda so_far: progress(so_far, 3, 4))
-    progress("diagnosed", 4, 4)
+    each = each_direction(diagnosis, model, seen, directions, found.offered, within(progress, 0.7, 1.0))
+    progress("diagnosed", FINE, FINE)
     return DiagnosisResult(
         given=model,
         model=readable(last_fit(diagnosis, staged)[0].model),

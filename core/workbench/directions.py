@@ -18,6 +18,7 @@ from core.record import Direction
 from core.rounding import plain
 from core.units import shown
 from core.workbench.earthquakes import Earthquakes
+from core.workbench.progress import Progress, in_shares, within
 from core.workbench.texts import titled
 
 HORIZONTAL: tuple[Direction, ...] = ("x", "y")
@@ -50,7 +51,7 @@ def each_direction(
     seen: Earthquakes,
     directions: Collection[Direction] | None,
     offered: Collection[str],
-    report_step: Callable[[str], None],
+    progress: Progress,
 ) -> tuple[DirectionDiagnosis, ...]:
     """The diagnosis of each direction alone; none where the records have one, or only one is wanted.
 
@@ -60,7 +61,7 @@ def each_direction(
         seen: the earthquakes that it was diagnosed by.
         directions: those to look at; None for all.
         offered: names of the effects that may be added.
-        report_step: called with each step.
+        progress: called with each step.
     """
     known = {
         direction: found
@@ -70,12 +71,11 @@ def each_direction(
     if len(known) < len(HORIZONTAL):
         return ()
     each = []
-    for direction, earthquakes in known.items():
-        report_step(f"diagnosing direction {direction}")
+    for number, (direction, earthquakes) in enumerate(known.items()):
+        doing = f"diagnosing direction {direction}"
+        own = in_shares(within(progress, number / len(known), (number + 1) / len(known)))
         try:
-            alone = (
-                whole if seen.directions == (direction,) else _alone(whole, model, earthquakes, offered, report_step)
-            )
+            alone = whole if seen.directions == (direction,) else _alone(whole, model, earthquakes, offered, own, doing)
         except ModelError:  # a value of one direction that is impossible in the other
             return ()
         each.append(DirectionDiagnosis(direction, alone, earthquakes))
@@ -87,17 +87,18 @@ def _alone(
     model: Isolator,
     earthquakes: Earthquakes,
     offered: Collection[str],
-    report_step: Callable[[str], None],
+    report: Callable[[str, float], None],
+    doing: str,
 ) -> Diagnosis:
     """The diagnosis of one direction: with the effects of the whole one where these explain the records, else with all
     that are offered."""
     known = {one.effect for step in whole.steps for one in step.alike}
-    found = diagnosed(earthquakes.fitted, model, known, report_step, earthquakes.tested)
+    found = diagnosed(earthquakes.fitted, model, known, report, earthquakes.tested, doing)
     left = found.unexplained
     is_explained = found.outcome is not Outcome.UNKNOWN and (
         not left.is_there or left.excess < NEXT_TO_NOTHING * found.before.excess
     )
-    return found if is_explained else diagnosed(earthquakes.fitted, model, offered, report_step, earthquakes.tested)
+    return found if is_explained else diagnosed(earthquakes.fitted, model, offered, report, earthquakes.tested, doing)
 
 
 def _along(seen: Earthquakes, direction: Direction) -> Earthquakes:

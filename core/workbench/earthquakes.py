@@ -1,6 +1,6 @@
 """Earthquakes that a model is compared with, and the errors of a model in them."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
@@ -31,13 +31,6 @@ FITTED, HELD_OUT = "all fitted", "all held out"
 HELPS = 0.98
 """Ratio of the errors with and without a change on held-out earthquakes, below which the change helps there. A
 choice."""
-
-Progress = Callable[[str, int, int], None]
-"""Called with the current step in words, the number of finished steps, and their total."""
-
-
-def silent(doing: str, done: int, of: int) -> None:
-    """Progress that is not reported."""
 
 
 def peak(one: Observation) -> float:

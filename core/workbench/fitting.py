@@ -17,7 +17,8 @@ from core.rounding import plain
 from core.tables import report
 from core.units import shown, unit
 from core.workbench.comparing import counted
-from core.workbench.earthquakes import Earthquakes, Progress, Version, model_errors, silent
+from core.workbench.earthquakes import Earthquakes, Version, model_errors
+from core.workbench.progress import Progress, silent
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 
 DIGITS = 6

@@ -13,7 +13,8 @@ from core.model.isolator import Isolator
 from core.rounding import interval, plain
 from core.tables import Table, report
 from core.workbench.comparing import counted
-from core.workbench.earthquakes import Earthquakes, Progress, model_errors, silent
+from core.workbench.earthquakes import Earthquakes, model_errors
+from core.workbench.progress import Progress, silent
 
 UNITS = {"displacement": ("mm", 1e3), "acceleration": ("m/s²", 1.0), "drift": ("mm", 1e3)}
 """Units that engineers read, and their number per SI unit, by quantity."""

@@ -27,11 +27,14 @@ from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
 from core.workbench.cross_validation import Beyond, Validated, beyond_range, can_validate, is_exhausted, validated
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
-from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, peak, silent
+from core.workbench.earthquakes import Earthquakes, Version, helps, model_errors, peak
 from core.workbench.fitting import deviations, fit_sentences, readable
 from core.workbench.out_of_range import BEYOND
+from core.workbench.progress import Progress, silent, within
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 
+DIAGNOSED = 0.8
+"""Share of the work after all diagnoses; each takes half of the way to it. A choice."""
 ROUNDS = 3
 """Diagnoses at most. A choice."""
 MOST_DIAGNOSES = (
@@ -230,7 +233,8 @@ def improve(
     now, ended = model, MOST_DIAGNOSES
     named, named_effects = model, list[str]()
     while len(rounds) < ROUNDS:
-        result = diagnose(now, seen, effects=effects, progress=progress)
+        begun, ended_at = (DIAGNOSED * (1 - 0.5 ** (len(rounds) + n)) for n in (0, 1))
+        result = diagnose(now, seen, effects=effects, progress=within(progress, begun, ended_at))
         rounds.append(result)
         count = _confirmed(result)
         versions += result.versions[0 if not versions else 2 : 2 + count]
@@ -246,7 +250,7 @@ def improve(
     beyond: tuple[Beyond, ...] = ()
     if rounds[-1].diagnosis.outcome is Outcome.UNKNOWN and not rounds[-1].faults and can_validate(seen):
         offered = set(EFFECTS if effects is None else effects)
-        steps = tuple(validated(named, seen, model.effects, offered, progress))
+        steps = tuple(validated(named, seen, model.effects, offered, within(progress, DIAGNOSED, 1.0)))
     if len(steps) > 1:
         ended = (
             "Improvement ended: as many effects were added as one improvement adds by predicting stronger earthquakes."

@@ -4,7 +4,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from core.diagnosis.floor_share import FloorShare, wrong_floor_share
-from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
+from core.diagnosis.missing_effects import BEGINNING, Diagnosis, Outcome, diagnosed
 from core.diagnosis.naming import FEW_RATIOS, NEARLY
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped, Ranking
@@ -12,7 +12,8 @@ from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.workbench.candidates import Candidate, candidates
 from core.workbench.correcting import with_corrected_masses
-from core.workbench.earthquakes import Earthquakes, Progress
+from core.workbench.earthquakes import Earthquakes
+from core.workbench.progress import Progress, in_shares, within
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,26 +45,30 @@ def search_effects(
         effects: names of the effects that may be added; None for all.
         progress: called with each step.
     """
-    progress("trying every effect", 0, 4)
-    first = _search(model, seen, EFFECTS if effects is None else effects, progress)
+    first = _search(model, seen, EFFECTS if effects is None else effects, within(progress, 0.0, 0.8))
     share = _wrong_share(first)
     if share is None:
         return first
-    progress("trying every effect, the masses corrected", 1, 4)
-    again = _search(model, with_corrected_masses(seen, share), first.offered, progress)
+    corrected = "trying every effect, the masses corrected"
+    again = _search(model, with_corrected_masses(seen, share), first.offered, within(progress, 0.8, 0.9), corrected)
     if again.diagnosis.steps:
         beside = _share(first, again.diagnosis.after.model)
         if beside is None:
             return first
-        share, again = beside, _search(model, with_corrected_masses(seen, beside), first.offered, progress)
+        share, again = (
+            beside,
+            _search(model, with_corrected_masses(seen, beside), first.offered, within(progress, 0.9, 1.0), corrected),
+        )
     return again if _is_certain(share, again.diagnosis) else first
 
 
-def _search(model: Isolator, seen: Earthquakes, effects: Collection[str], progress: Progress) -> EffectSearch:
-    offered, diverging = set(effects), list[Dropped]()
+def _search(
+    model: Isolator, seen: Earthquakes, effects: Collection[str], progress: Progress, doing: str = BEGINNING
+) -> EffectSearch:
+    offered, diverging, diagnosing = set(effects), list[Dropped](), in_shares(within(progress, 0.0, 0.9))
     while True:
-        diagnosis = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4), seen.tested)
-        progress("trying them on every earthquake", 1, 4)
+        diagnosis = diagnosed(seen.fitted, model, offered, diagnosing, seen.tested, doing)
+        progress("trying them on every earthquake", 9, 10)
         tried, dropped = candidates(diagnosis.first, seen)
         added = {step.chosen.effect for step in (*diagnosis.steps, *diagnosis.idle)}
         diverging += dropped

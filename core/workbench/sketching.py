@@ -31,8 +31,9 @@ from core.tables import Table, report
 from core.units import percent_in_table
 from core.workbench.comparing import counted
 from core.workbench.diagnosing import NONE_TO_FIT
-from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Progress, Version, helps, model_errors, silent
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Version, helps, model_errors
 from core.workbench.fitting import deviations, readable
+from core.workbench.progress import Progress, silent
 from core.workbench.tables import Deviations, gain, values_table, version_tables
 
 NAME = "sketched_force"

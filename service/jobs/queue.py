@@ -147,9 +147,9 @@ def extend(session: Session, claim: Claim, now: datetime, lease: timedelta) -> b
     return _change(session, claim, claimed_until=now + lease)
 
 
-def report_progress(session: Session, claim: Claim, done: int, stages: int, doing: str) -> bool:
+def report_progress(session: Session, claim: Claim, done: int, stages: int, doing: str, share: float) -> bool:
     """Store the progress of a job; False if the claim is no longer valid."""
-    return _change(session, claim, progress={"done": done, "stages": stages, "doing": doing})
+    return _change(session, claim, progress={"done": done, "stages": stages, "doing": doing, "share": share})
 
 
 def finish(session: Session, claim: Claim, now: datetime) -> bool:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from service.schema import Answer, Page
+from service.schema import Answer, Number, Page
 
 PATH = re.compile(r"(?<![\w.:/])(?:[A-Za-z]:)?[\\/][\w.@~+-]+(?:[\\/][\w.@~+-]*)+")
 """A path of this machine, two names deep at least."""
@@ -19,7 +19,8 @@ class Progress(Answer):
 
     done: int = Field(description="Stages that are done.")
     stages: int = Field(description="Stages there are.")
-    doing: str = Field(description="The current stage, in words.")
+    doing: str = Field(description="The current step, in words.")
+    share: Number = Field(0.0, description="Share of the job that is done, 0 to 1, an estimate.")
 
 
 class JobOut(Answer):

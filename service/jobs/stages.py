@@ -23,6 +23,16 @@ def silent(doing: str, done: int, of: int) -> None:
 
 
 @dataclass(frozen=True, slots=True)
+class Report:
+    """Progress of a computation."""
+
+    doing: str
+    """The current step, in words."""
+    share: float = 0.0
+    """Share of the computation that is done."""
+
+
+@dataclass(frozen=True, slots=True)
 class Note:
     """A file in which a computation reports its current step to another process."""
 
@@ -32,19 +42,20 @@ class Note:
         """Report; failures are ignored, since a Dask worker on another machine has no such folder."""
         new = self.path.with_suffix(".new")
         with suppress(OSError):
-            new.write_text(doing, "utf-8")
+            new.write_text(f"{done / max(of, 1):.2f} {doing}", "utf-8")
             new.replace(self.path)
 
     def erase(self) -> None:
         """Remove the file."""
         self.path.unlink(missing_ok=True)
 
-    def read(self) -> str | None:
+    def read(self) -> Report | None:
         """The latest report; None before the first."""
         try:
-            return self.path.read_text("utf-8")
+            share, _, doing = self.path.read_text("utf-8").partition(" ")
         except FileNotFoundError:
             return None
+        return Report(doing, float(share))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +71,8 @@ class Stage:
     key: str | None = None
     """Digest of everything that the result depends on, if another job may need it too: a worker that has it does not
     compute it again. The last stage of a job is always computed."""
+    weight: float = 1.0
+    """Its usual duration over that of an event's analysis; for the display of progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +98,8 @@ class Running:
     """Results of the finished stages."""
     note: Note | None = None
     """The note with the stage's current step."""
-    reported: str | None = None
-    """The latest step that was stored for display."""
+    reported: Report | None = None
+    """The latest report that was stored for display."""
     started: float = field(default_factory=time.monotonic)
     """Monotonic s when its first stage started."""
     trace: Work = field(default_factory=Work)
@@ -98,7 +111,16 @@ class Running:
         return self.stages[len(self.results)]
 
     @property
-    def news(self) -> str | None:
-        """The stage's current step, if it is not stored yet."""
-        doing = self.note.read() if self.note else None
-        return None if doing == self.reported else doing
+    def news(self) -> Report | None:
+        """The stage's latest report, if it is not stored yet."""
+        found = self.note.read() if self.note else None
+        return None if found == self.reported else found
+
+    def share(self, of_stage: float) -> float:
+        """Share of the job that is done, an estimate.
+
+        Args:
+            of_stage: the same of the current stage.
+        """
+        weights, done = [one.weight for one in self.stages], len(self.results)
+        return (sum(weights[:done]) + of_stage * weights[done]) / sum(weights)

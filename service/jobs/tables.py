@@ -37,7 +37,8 @@ class Job(Base):
     refusal: Mapped[str | None] = mapped_column(Text)
     """Reason why the job cannot be done by any number of attempts."""
     progress: Mapped[dict[str, Any] | None]
-    """`done` of `stages`, and `doing`, the current step; None before the first stage."""
+    """`done` of `stages`, `doing`, the current step, and the `share` of the job that is done; None before the first
+    stage."""
     result: Mapped[dict[str, Any] | None]
     """Result of jobs without tables of their own."""
     created_at: Mapped[datetime]

@@ -35,7 +35,7 @@ from service.jobs.executors import (
 )
 from service.jobs.kept import Kept
 from service.jobs.queue import Claim
-from service.jobs.stages import Kind, Note, Running, silent
+from service.jobs.stages import Kind, Note, Report, Running, silent
 from service.settings import Settings
 from service.tracing import Work
 
@@ -309,7 +309,7 @@ class Worker:
         job = self._with_kept_results(job)
         name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
         note = Note(self.notes / name) if self.notes else None
-        self._tell(job, job.stage.doing)
+        self._tell(job, Report(job.stage.doing))
         job.trace.stage(job.stage.doing)
         with without_stop_signals():
             future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
@@ -324,9 +324,10 @@ class Worker:
             job = replace(job, results=(*job.results, result))
         return job
 
-    def _tell(self, job: Running, doing: str) -> None:
+    def _tell(self, job: Running, report: Report) -> None:
+        done, stages, share = len(job.results), len(job.stages), job.share(report.share)
         with self.sessions.begin() as session:
-            queue.report_progress(session, job.claim, len(job.results), len(job.stages), doing)
+            queue.report_progress(session, job.claim, done, stages, report.doing, share)
 
     def _write(self, job: Running) -> None:
         with self.sessions.begin() as session:

@@ -110,7 +110,7 @@ def sketched(name: str | None, model: ModelFile, events: Earthquakes, report_ste
 
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Stages of a fit: each event, the fit, then both versions against all events."""
-    fitting = Stage(texts.FITTING, fitted, lambda done, report_step: _arguments(inputs, done, report_step))
+    fitting = Stage(texts.FITTING, fitted, lambda done, report_step: _arguments(inputs, done, report_step), weight=2)
     return _stages(inputs, fitting)
 
 
@@ -121,19 +121,24 @@ def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
         texts.fitting_with(effect),
         extended,
         lambda done, report_step: (effect, *_arguments(inputs, done, report_step)),
+        weight=2,
     )
     return _stages(inputs, fitting)
 
 
 def improvement_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Stages of an improvement: each event, the improvement, then both versions against all events."""
-    improving = Stage(texts.IMPROVING, improved, lambda done, report_step: _arguments(inputs, done, report_step))
+    improving = Stage(
+        texts.IMPROVING, improved, lambda done, report_step: _arguments(inputs, done, report_step), weight=40
+    )
     return _stages(inputs, improving)
 
 
 def diagnosis_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Stages of a diagnosis: each event, then every effect."""
-    diagnosing = Stage(texts.DIAGNOSING, diagnosed, lambda done, report_step: _arguments(inputs, done, report_step))
+    diagnosing = Stage(
+        texts.DIAGNOSING, diagnosed, lambda done, report_step: _arguments(inputs, done, report_step), weight=20
+    )
     return (*observing(inputs), diagnosing)
 
 
@@ -148,6 +153,7 @@ def sketch_stages(inputs: WorkInputs) -> Sequence[Stage]:
             records(inputs, done),
             report_step,
         ),
+        weight=20,
     )
     return (*observing(inputs), sketching)
 

@@ -35,8 +35,8 @@ function showProgress(part, job) {
   const state = row.querySelector(".state");
   state.textContent = state.dataset[job.state];
   if (job.progress === null) return;
-  bar.max = job.progress.stages;
-  bar.value = job.progress.done;
+  bar.max = 1;
+  bar.value = job.progress.share;
   row.querySelector(".doing").textContent = job.progress.doing;
 }
 

@@ -15,8 +15,9 @@ from core.workbench.cross_validation import (
     is_sound_beyond,
     validated,
 )
-from core.workbench.earthquakes import Earthquakes, silent
+from core.workbench.earthquakes import Earthquakes
 from core.workbench.fitting import fit
+from core.workbench.progress import silent
 
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 8e10, "k5": 0.0}})
 OFFERED = ("hardening", "friction", "stiffness_step")

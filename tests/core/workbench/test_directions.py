@@ -68,6 +68,18 @@ def test_one_direction_is_looked_at_where_only_that_is_wanted() -> None:
     assert diagnose(BOUC_WEN, seen(BOUC_WEN, HARD), effects=OFFERED, directions=["x"]).directions == ()
 
 
+def test_the_progress_of_a_diagnosis_never_goes_back_and_names_its_steps() -> None:
+    told = list[tuple[str, int, int]]()
+    diagnose(BOUC_WEN, seen(HARD, HARD), effects=OFFERED, progress=lambda *one: told.append(one))
+    shares = [done / of for _, done, of in told]
+    assert shares == sorted(shares)
+    assert (shares[0] < 0.2, shares[-1]) == (True, 1.0)
+    steps = list(dict.fromkeys(doing for doing, *_ in told))
+    assert steps[0] == "trying every effect"
+    assert any(step.startswith("step 1: ") for step in steps)
+    assert steps[-3:] == ["diagnosing direction x", "diagnosing direction y", "diagnosed"]
+
+
 def test_a_model_of_one_direction_is_diagnosed_in_the_other_from_the_same_records() -> None:
     """The analyses know both directions; the observations of the model one."""
     axes = {"HNX": "HNY", "HYX": "HYY"}

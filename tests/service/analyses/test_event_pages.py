@@ -148,7 +148,7 @@ def test_the_japanese_pages_of_earthquakes_and_jobs_have_no_english(
         "the base slab's acceleration cannot be used; nothing can be estimated without it"
     )
     analysed(stored, refused, START + DAY, refusal=reason)
-    progress = {"done": 0, "stages": 1, "doing": "Analysing the event"}
+    progress = {"done": 0, "stages": 1, "doing": "Analysing the event", "share": 0.0}
     job = Job(kind="analyse", event_id=moved.id, arguments={}, state="done", progress=progress, created_at=START)
     waiting = Job(kind="analyse", event_id=moved.id, arguments={}, state="running", progress=progress, created_at=START)
     stored.add_all([job, waiting])

@@ -26,7 +26,7 @@ from service.buildings import store as building_store
 from service.db.blobs import ROUNDING, decode_history
 from service.jobs import queue as job_queue, requests as job_requests
 from service.jobs.executors import end, in_processes, local_processes
-from service.jobs.stages import Note
+from service.jobs.stages import Note, Running, Stage
 from service.jobs.tables import Job
 from service.jobs.worker import Worker
 from service.kinds import KINDS
@@ -108,14 +108,22 @@ def test_who_waits_learns_what_a_computation_is_doing(
     (job,) = telling.running.values()
     assert job.note
     telling.store_progress()
-    assert progress(sessions) == {"done": 0, "stages": 1, "doing": "Analysing the event"}
+    assert progress(sessions) == {"done": 0, "stages": 1, "doing": "Analysing the event", "share": 0.0}
     job.note("looking at the floors", 0, 2)
     job.note("looking at the layer", 1, 2)
     telling.store_progress()
-    assert progress(sessions) == {"done": 0, "stages": 1, "doing": "looking at the layer"}
+    assert progress(sessions) == {"done": 0, "stages": 1, "doing": "looking at the layer", "share": 0.5}
     while telling.running:
         telling.collect(1.0)
     assert list(notes.iterdir()) == []
+
+
+def test_the_share_that_is_done_follows_the_stages_usual_durations() -> None:
+    """Three quick stages of four are a small part of the work."""
+    quick, slow = (Stage("computing", str, lambda *_: (), weight=weight) for weight in (1.0, 17.0))
+    claim = job_queue.Claim(1, "diagnose", None, None, None, {}, 1, 0)
+    at = [Running(claim, None, (quick, quick, quick, slow), ("",) * done).share(0.5) for done in range(4)]
+    assert at == pytest.approx([0.5 / 20, 1.5 / 20, 2.5 / 20, 11.5 / 20])
 
 
 def test_what_a_computation_shows_where_no_one_can_read_it_is_lost_and_harms_nothing(tmp_path: Path) -> None:
