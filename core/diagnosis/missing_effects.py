@@ -129,10 +129,10 @@ class _Course:
     def ranking(self) -> Callable[[float], None]:
         """Begin another ranking; what is returned reports its share."""
         self._rankings += 1
-        left = 0.5**self._rankings
+        left = 0.5**self._rankings  # after this ranking; before it, twice as much
 
         def report(share: float) -> None:
-            self._share = max(self._share, 1 + left * (share - 2))
+            self._share = max(self._share, 1 - left * (2 - share))  # a ranking may begin again from calmer values
             self._report(self._doing, self._share)
 
         return report

@@ -233,8 +233,8 @@ def improve(
     now, ended = model, MOST_DIAGNOSES
     named, named_effects = model, list[str]()
     while len(rounds) < ROUNDS:
-        begun, ended_at = (DIAGNOSED * (1 - 0.5 ** (len(rounds) + n)) for n in (0, 1))
-        result = diagnose(now, seen, effects=effects, progress=within(progress, begun, ended_at))
+        begin, end = (DIAGNOSED * (1 - 0.5**number) for number in (len(rounds), len(rounds) + 1))
+        result = diagnose(now, seen, effects=effects, progress=within(progress, begin, end))
         rounds.append(result)
         count = _confirmed(result)
         versions += result.versions[0 if not versions else 2 : 2 + count]

@@ -44,9 +44,17 @@ MEANINGS: Mapping[Level, str] = {
     Level.INSPECT: "Have the isolators inspected before normal use.",
     Level.NO_DATA: "Menshin has no usable record.",
     Level.UNDECIDED: "Menshin cannot decide whether the isolators are within their limits and unchanged.",
-    Level.WATCH: "Within the limits of inspection, but not as before, or an alert is open.",
+    Level.WATCH: "Within the limits of inspection, but not as before. Show it to the engineer.",
     Level.NORMAL: "This is not an inspection.",
 }
+WATCHED: Mapping[tuple[bool, bool], str] = {
+    (True, True): "Within the limits of inspection, but a limit of watching is exceeded and an alert is open. Show it "
+    "to the engineer.",
+    (True, False): "Within the limits of inspection, but a limit of watching is exceeded. Show it to the engineer.",
+    (False, True): "Within the limits of inspection, but an alert is open. Show it to the engineer.",
+    (False, False): MEANINGS[Level.WATCH],
+}
+"""Meaning of the level `watch`, by whether a limit is exceeded and whether an alert is open."""
 RESULTS: Mapping[str, str] = {
     "fit": "fit for normal use",
     "restricted": "restricted use",
@@ -162,6 +170,8 @@ def meaning(verdict: Assessment) -> str:
     """Meaning of the level and the action it asks for; after an inspection that decides it, by its result."""
     if verdict.inspection is not None and _decides(verdict):
         return INSPECTED_MEANINGS[verdict.inspection.result.value]
+    if verdict.level is Level.WATCH:
+        return WATCHED[bool(verdict.of_outcome(Outcome.EXCEEDED)), bool(verdict.alerts)]
     return MEANINGS[verdict.level]
 
 

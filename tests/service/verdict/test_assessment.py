@@ -448,3 +448,18 @@ SITUATIONS: list[tuple[str, Level, dict[str, object]]] = [
 @pytest.mark.parametrize(("situation", "level", "facts"), SITUATIONS, ids=[one[0] for one in SITUATIONS])
 def test_the_level_of_a_situation(situation: str, level: Level, facts: dict[str, Any]) -> None:
     assert assess(replace(CALM, **facts)).level is level
+
+
+@pytest.mark.parametrize(
+    ("facts", "said"),
+    [
+        (dampers(60.0), "a limit of watching is exceeded. Show it"),
+        ({"alerts": (ALERT,)}, "an alert is open. Show it"),
+        ({**dampers(60.0), "alerts": (ALERT,)}, "a limit of watching is exceeded and an alert is open. Show it"),
+    ],
+    ids=["a limit", "an alert", "both"],
+)
+def test_a_verdict_to_watch_says_what_it_is_about(facts: dict[str, Any], said: str) -> None:
+    assert f"Within the limits of inspection, but {said} to the engineer." in texts.meaning(
+        assess(replace(CALM, **facts))
+    )
