@@ -32,6 +32,8 @@ LOOK = 2.0
 """s between two looks at the cluster."""
 CONNECT = 5.0
 """s that an attempt to reach the scheduler may take."""
+ANSWER = 20.0
+"""s that a scheduler may take to answer. Where the network loses everything, the connection itself ends after 30 s."""
 GRACE = 600.0
 """s without any worker after which computations are taken back. Longer than a supervisor waits before it starts a
 worker that keeps dying: the scheduler counts how often a computation's worker died."""
@@ -113,11 +115,11 @@ class Cluster(JobExecutor):
     def _found(self) -> str | None:
         try:
             client = self._connected()
+            of_scheduler = client.sync(client.scheduler.versions, callback_timeout=ANSWER)["packages"]
             there = client.scheduler_info(n_workers=-1)["workers"]
             if not there:
                 there = client.nthreads()  # the other is as old as the last message of the scheduler
             self._ask_new(client, there)
-            of_scheduler = client.sync(client.scheduler.versions)["packages"]
         except OSError as error:  # as all errors of Dask's connections
             self._lose_scheduler()
             reason = " ".join(str(error).split()) or type(error).__name__
