@@ -106,7 +106,7 @@ STEPS = """\
  1. open {address}/models/{number}: its error over the events, its loop beside the measured one
  2. open its latest earthquake, {address}/events/{event}: the page shows which earthquakes are fitted and which one is
     held out; press "Find what model x {version} lacks"
- 3. the diagnosis appears by itself, within half a minute: read it, and press "Add" beside the effect that it names
+ 3. the diagnosis appears by itself, within a minute: read it, and press "Add" beside the effect that it names
  4. the next version appears by itself: the error has fallen, also on the held-out event
  5. press "Make current" there: one more strong earthquake follows, to which nothing was fitted"""
 
