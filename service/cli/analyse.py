@@ -43,7 +43,9 @@ def analyse(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(file_okay=False, help="Write histories (CSV) and figures (SVG, PNG) into this folder."),
+        typer.Option(
+            "--out", "--output", file_okay=False, help="Write histories (CSV) and figures (SVG, PNG) into this folder."
+        ),
     ] = None,
     estimator: Annotated[
         str | None, typer.Option(help="Estimator of the restoring force; default: the setting of this name.")

@@ -25,7 +25,9 @@ def report(
     language: Annotated[str, typer.Option(help=f"Its language: {', '.join(LANGUAGES)}.")] = ENGLISH,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="File to write, .pdf or .html; default: a PDF in this folder."),
+        typer.Option(
+            "--out", "--output", metavar="FILE", help="File to write, .pdf or .html; default: a PDF in this folder."
+        ),
     ] = None,
 ) -> None:
     """Write the report on an earthquake (one page), or on a building's year with --building and --year."""

@@ -37,6 +37,12 @@ def test_nothing_is_no_data() -> None:
         read("a.mseed", b"", GAINS)
 
 
+@pytest.mark.parametrize("table", ["[[level]]", "[isolation.design]", "[effects.elastic]"])
+def test_a_description_is_not_taken_for_a_record(table: str) -> None:
+    with pytest.raises(FormatError, match=r"^tower\.toml is a building or model file \(TOML\), not a record"):
+        read("tower.toml", f'# a tower\ncode = "TOWER"\n\n{table}\nname = "ground"\n'.encode())
+
+
 def test_an_unknown_format_is_refused_with_those_that_are_known() -> None:
     formats = "miniSEED, StationXML, K-NET or KiK-net ASCII, CSMIP V2, COSMOS V2, CSV, SAC"
     with pytest.raises(UnknownFormatError, match=formats):
