@@ -55,8 +55,8 @@ def search_effects(
         beside = _share(first, again.diagnosis.after.model)
         if beside is None:
             return first
-        share, corrected_again = beside, with_corrected_masses(seen, beside)
-        again = _search(model, corrected_again, first.offered, within(progress, 0.9, 1.0), corrected)
+        share, seen = beside, with_corrected_masses(seen, beside)
+        again = _search(model, seen, first.offered, within(progress, 0.9, 1.0), corrected)
     return again if _is_certain(share, again.diagnosis) else first
 
 

@@ -21,6 +21,8 @@ HTML = re.compile(rb"\s*<(!doctype\s+html|html)\b", re.IGNORECASE)
 TITLE = re.compile(rb"<title[^>]*>(.*?)</title>", re.IGNORECASE | re.DOTALL)
 DESCRIPTION = re.compile(rb"^\[(\[level\]|isolation|effects\.)", re.MULTILINE)
 """A table of a building file or a model file."""
+BEGINNING = 2**16
+"""Bytes in which such a file has one: records are long, and each is searched."""
 ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 """Beginnings of a zip archive."""
 LARGEST = 256 * 2**20
@@ -98,7 +100,7 @@ def _read_plain(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
         title = TITLE.search(data[:4096])
         says = title[1].decode(errors="replace").strip() if title else "without a title"
         raise FormatError(f"{name} is an HTML page ({says}), not data; check the address that answered with it")
-    if DESCRIPTION.search(data):
+    if DESCRIPTION.search(data, 0, BEGINNING):
         raise FormatError(f"{name} is a building or model file (TOML), not a record; name files of records here")
     for form in FORMATS:
         if form.recognises(data):

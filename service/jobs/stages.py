@@ -72,7 +72,7 @@ class Stage:
     """Digest of everything that the result depends on, if another job may need it too: a worker that has it does not
     compute it again. The last stage of a job is always computed."""
     weight: float = 1.0
-    """Its usual duration over that of an event's analysis; for the display of progress."""
+    """Its usual duration over that of an event's analysis: a rough estimate, for the display of progress."""
 
 
 @dataclass(frozen=True, slots=True)
