@@ -48,6 +48,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("reproduced")
     (made / "building.toml").write_text(building_file(), "utf-8")
     (made / "event.mseed").write_bytes(miniseed(records(np.random.default_rng(7))))
+    (made / "note.txt").write_text("a note", "utf-8")
     files_of = (made / "event.mseed", "--building", made / "building.toml")
     done = menshin(*files_of, "-o", made / "page.html", "--markdown", made / "printed.md")
     assert done.exit_code == 0, done.output
@@ -256,7 +257,8 @@ def test_without_records_section_8_is_omitted_with_a_note(seven: Simulated) -> N
         (("event.mseed",), 2, "needs both"),
         (("--building", "building.toml"), 2, "needs both"),
         (("--channel", "XX.A.00.HNX"), 2, "--ground"),
-        (("--ground", "building.toml"), 1, "an unknown format"),
+        (("--ground", "building.toml"), 1, "is a building or model file (TOML), not a record"),
+        (("--ground", "note.txt"), 1, "an unknown format"),
         (("--ground", "event.mseed"), 1, "--channel"),
     ],
 )
