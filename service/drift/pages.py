@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
 from core.drift.alarms import printed_change
-from core.drift.quantities import BOTH_DIRECTIONS, QUANTITIES
+from core.drift.quantities import BOTH_DIRECTIONS, LAYER_QUANTITIES, QUANTITIES
 from service.access.pages import reader
 from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, store as building_store
@@ -56,6 +56,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             unjudged=_unjudged(series, periods),
             is_pending=job_queue.is_monitoring_pending(session, building.id),
             curves=CURVES,
+            opened={*LAYER_QUANTITIES, *(one.quantity for one in alarms)},
             quantity_names=texts.NAMES,
             named=charts.named,
             change=lambda row: printed_change(QUANTITIES[row.quantity], row.drift, row.low, row.high),
@@ -70,7 +71,7 @@ def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -
         own = [one for one in rows if one.subject != BOTH_DIRECTIONS]
         if lacking := [one for one in own if one.wanted]:
             most = max(lacking, key=lambda one: one.wanted)
-            named = "" if lacking == own else f" ({', '.join(charts.named(one.subject) for one in lacking)})"
+            named = "" if lacking == own else f" ({'; '.join(charts.named(one.subject) for one in lacking)})"
             need = _need(most.wanted, in_force(periods, quantity, most.subject))
             sentences.append(f"{most.title.capitalize()}{named}: {need}.")
     return sentences

@@ -118,7 +118,7 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
         base.mark_rule(color=FAINT, opacity=0.5).encode(y, alt.X("left:Q"), alt.X2("before:Q")),
         base.mark_circle(size=110, opacity=1.0).encode(
             y,
-            alt.X("left:Q", title="noise ratio of the residual").scale(zero=False, nice=True, padding=15),
+            alt.X("left:Q", title="noise ratio of the residual").scale(zero=False, nice=False, padding=15),
             color=alt.Color("kind:N", scale=scale, legend=legend),
             tooltip=[
                 alt.Tooltip("effect:N", title="effect"),
