@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from core.arrays import Matrix, Vector
+from core.arrays import ComplexMatrix, Matrix, Vector
 from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, gradient, with_variances
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
 from core.estimators.frame.model import Superstructure
@@ -160,20 +160,23 @@ def _result(here: Evaluation, has_settled: bool) -> Calibration:
     )
 
 
-def log_evidence(calibration: Calibration, problem: Problem) -> float:
+def log_evidence(calibration: Calibration, problem: Problem, along: ComplexMatrix) -> float:
     """Laplace's approximation of the log probability of the record under the calibration's hypothesis.
 
     Up to a constant of the lines; every estimated variance costs half the logarithm of the lines it is judged by
-    (Schwarz 1978).
+    (Schwarz 1978). The base slab's amplitude is free at every line. Integrated out, it leaves a determinant along h,
+    which for all hypotheses is taken at the same h: along that of each, it differed by a hundred and more where noise
+    is strong, by modes that no sensor shows.
 
     Args:
         calibration: from the same lines, perhaps with another noise.
         problem: lines and building.
+        along: (channels, lines) the h at which the determinant is taken, the same for all that are compared.
     """
     hypothesis = calibration.hypothesis
-    here = evaluated(replace(problem, hypothesis=hypothesis), calibration.parameters, calibration.variances)
-    # the determinant along h is counted whatever the hypothesis; that of the noise alone is a constant
-    cost = here.cost if hypothesis.is_random else here.cost + 2 * float(np.log(here.whitened.length).sum())
+    here = evaluated(replace(problem, hypothesis=hypothesis), calibration.parameters, calibration.variances, along)
+    # that of the noise alone is a constant
+    cost = here.cost if hypothesis.is_random else here.cost + float(np.log(squared(along).sum(axis=0)).sum())
     free = hypothesis.free
     occam = float(np.sum(np.log(hypothesis.std[free])))
     occam -= 0.5 * float(np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1])
@@ -181,6 +184,18 @@ def log_evidence(calibration: Calibration, problem: Problem) -> float:
         count = np.bincount(problem.lines.band)
         occam += float(np.sum(np.log(count[count > 0])))
     return -cost - occam
+
+
+def promised(calibration: Calibration, problem: Problem) -> float:
+    """Decrease of the cost that a hypothesis with more free parameters promises, to second order (Rao 1948).
+
+    Args:
+        calibration: by a hypothesis that is a special case of it.
+        problem: lines, building and the wider hypothesis.
+    """
+    free, slope = problem.hypothesis.free, gradient(evaluated(problem, calibration.parameters, calibration.variances))
+    descent = slope.descent[free]
+    return 0.5 * float(descent @ np.linalg.solve(slope.normal[np.ix_(free, free)], descent))
 
 
 def next_variances(here: Evaluation) -> Variances:

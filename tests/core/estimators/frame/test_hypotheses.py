@@ -22,7 +22,7 @@ from core.estimators.frame.calibration import (
     on_all_lines,
     on_some_lines,
 )
-from core.estimators.frame.evaluation import Problem
+from core.estimators.frame.evaluation import Problem, evaluated
 from core.estimators.frame.hypotheses import (
     MISSED,
     NOISE_TOLERANCE,
@@ -79,7 +79,7 @@ def test_a_gain_is_corrected(channel: int) -> None:
     choice = best_hypothesis(
         with_noise(with_sensor_fault(exact_lines(PAPER, rng), channel, 1.02, 0.0), NOISE, rng), DESIGN, 0.0
     )
-    assert choice.calibration.hypothesis.name == CORRECTED
+    assert choice.calibration.hypothesis.name.startswith(CORRECTED)  # each mode may have a damping of its own
     gain, std = difference(choice.calibration, LAYOUT.gains, channel)
     assert gain == pytest.approx(np.log(1.02), abs=WITHIN * std)
     assert std < 0.02 / 4  # less would be no finding
@@ -111,7 +111,8 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
     ratios = rng.uniform(0.01, 0.04, PAPER.mass.size)
     known = replace(PAPER, damping=(0.0, 2.0, 0.0), modal_damping=tuple(ratios))
     choice = best_hypothesis(with_noise(exact_lines(known, rng), NOISE, rng), DESIGN, 0.0)
-    assert choice.calibration.hypothesis.name == with_modal_damping(as_given(DESIGN, 0.0), LAYOUT).name
+    given = as_given(DESIGN, 0.0), corrected(DESIGN, 0.0)  # often a tie
+    assert choice.calibration.hypothesis.name in {with_modal_damping(one, LAYOUT).name for one in given}
     assert choice.calibration.structure.damping_ratios[:4] == pytest.approx(ratios[:4], rel=0.03)
 
 
@@ -185,5 +186,6 @@ def test_some_lines_show_the_evidence_nearly_as_well_as_all(share: float) -> Non
     near = on_some_lines(wider, best_start(wider))
     every = on_all_lines(wider, near)
     assert near.lines < every.lines / 4
-    missed = log_evidence(every, wider) - log_evidence(near, wider)
+    along = evaluated(wider, every.parameters, every.variances).given.base
+    missed = log_evidence(every, wider, along) - log_evidence(near, wider, along)
     assert 0 < missed < MISSED
