@@ -84,7 +84,8 @@ def test_what_is_stated_of_a_record_in_class() -> None:
 def test_what_is_stated_of_a_late_sensor() -> None:
     assessment = estimated("roof a sample late", "Kobe", 0.01, 0).assessment
     assert assessment is not None
-    assert assessment.assumption == corrected(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0).name
+    made = corrected(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0)
+    assert assessment.assumption.startswith(made.name)  # each mode may have a damping of its own
     assert 0.05 < assessment.prior_share < 1
 
 
