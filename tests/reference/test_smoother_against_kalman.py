@@ -48,7 +48,7 @@ def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     )
     model = state_space(calibrated_structure(motion, noise), np.array(SENSORS), BUILDING.base_mass, RATE)
     fit, other = (fitting_rate(force, each) for each in (estimated.force, smoothed_force(model, channels, level)))
-    assert fit > 97.9  # with Chi-Chi at 10 % noise 98.0 by the masses as given, which are right; correcting them is a tie
+    assert fit > 97.9  # with Chi-Chi at 10 % noise 98.0 by the masses as given, which are right: a tie
     assert other > 97.5  # so that the measure is one
     assert fit >= other - 0.2
 
