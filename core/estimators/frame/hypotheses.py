@@ -1,11 +1,11 @@
 """Hypotheses about the superstructure and its sensors, and the choice between them by the record's evidence."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, Vector
+from core.arrays import Vector
 from core.estimators.frame.calibration import (
     ENOUGH,
     Calibration,
@@ -133,6 +133,10 @@ class Choice:
     """Other hypotheses that the record does not rule out; none beside unmodelled motion, which allows for more."""
 
 
+Evidence = Callable[[Calibration, Lines], float]
+"""Log evidence of a calibration by lines with their noise."""
+
+
 def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
     """The hypothesis that the record supports, by its evidence.
 
@@ -144,33 +148,32 @@ def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
     start = best_start(given)  # of both: what only one of them leaves free starts where the other fixes it
     calibrations = [calibrated(given, start), calibrated(doubt, _annealed(doubt, start))]
     along = evaluated(given, calibrations[0].parameters, calibrations[0].variances).given.base
-    choice = _choice(calibrations, given, along)
+
+    def evidence(calibration: Calibration, by: Lines) -> float:
+        return log_evidence(calibration, replace(given, lines=by), along)
+
+    choice = _choice(calibrations, lines, evidence)
     by_mode = replace(given, hypothesis=with_modal_damping(choice.calibration.hypothesis, design.layout))
     if promised(choice.calibration, by_mode) > EVIDENT:
         each = [_damped_by_mode(one, lines, design) for one in calibrations]
-        calibrations, damped = calibrations + each, _choice(each, given, along)
-        compared = replace(given, lines=damped.lines)
-        if (
-            log_evidence(damped.calibration, compared, along)
-            > log_evidence(choice.calibration, compared, along) + EVIDENT
-        ):
+        calibrations, damped = calibrations + each, _choice(each, lines, evidence)
+        if evidence(damped.calibration, damped.lines) > evidence(choice.calibration, damped.lines) + EVIDENT:
             choice = damped
     if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
         wider = Problem(choice.lines, design, with_unmodelled_motion(design, transient))
-        choice = replace(choice, calibration=_or_wider(choice.calibration, wider, along))
-    return choice if choice.calibration.hypothesis.is_random else _with_rivals(choice, calibrations, given, along)
+        choice = replace(choice, calibration=_or_wider(choice.calibration, wider, evidence))
+    return choice if choice.calibration.hypothesis.is_random else _with_rivals(choice, calibrations, evidence)
 
 
-def _choice(calibrations: list[Calibration], given: Problem, along: ComplexMatrix) -> Choice:
+def _choice(calibrations: list[Calibration], lines: Lines, evidence: Evidence) -> Choice:
     """The calibration with most evidence, with the smallest noise that any of them needs."""
     chi_square = min(calibration.chi_square for calibration in calibrations)
-    noisier = replace(given.lines, noise=given.lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
-    return Choice(_most_evident(calibrations, replace(given, lines=noisier), along), noisier, chi_square)
+    noisier = replace(lines, noise=lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
+    return Choice(_most_evident(calibrations, noisier, evidence), noisier, chi_square)
 
 
-def _with_rivals(choice: Choice, calibrations: list[Calibration], given: Problem, along: ComplexMatrix) -> Choice:
-    compared = replace(given, lines=choice.lines)
-    weighed = [(log_evidence(calibration, compared, along), calibration) for calibration in calibrations]
+def _with_rivals(choice: Choice, calibrations: list[Calibration], evidence: Evidence) -> Choice:
+    weighed = [(evidence(calibration, choice.lines), calibration) for calibration in calibrations]
     return replace(choice, rivals=rivals(weighed, choice.calibration))
 
 
@@ -198,12 +201,12 @@ def _damped_by_mode(near: Calibration, lines: Lines, design: Design) -> Calibrat
     return calibrated(Problem(lines, design, hypothesis), near.parameters)
 
 
-def _or_wider(best: Calibration, wider: Problem, along: ComplexMatrix) -> Calibration:
+def _or_wider(best: Calibration, wider: Problem, evidence: Evidence) -> Calibration:
     """The best, or that of the wider hypothesis, calibrated by all lines only if some do not rule it out."""
     near = on_some_lines(wider, best_start(wider))
-    if log_evidence(near, wider, along) + MISSED < log_evidence(best, wider, along):
+    if evidence(near, wider.lines) + MISSED < evidence(best, wider.lines):
         return best
-    return _most_evident([best, on_all_lines(wider, near)], wider, along)
+    return _most_evident([best, on_all_lines(wider, near)], wider.lines, evidence)
 
 
 def _annealed(doubt: Problem, start: Vector) -> Vector:
@@ -229,10 +232,9 @@ def unexplained(calibration: Calibration, lines: Lines) -> float:
     return float(excess.max())
 
 
-def _most_evident(calibrations: list[Calibration], problem: Problem, along: ComplexMatrix) -> Calibration:
+def _most_evident(calibrations: list[Calibration], lines: Lines, evidence: Evidence) -> Calibration:
     """The one with most free parameters, so of widest uncertainty, among those of nearly equal evidence."""
-    tie = UNDECIDED * problem.design.layout.channels
-    weighed = [(log_evidence(calibration, problem, along), calibration) for calibration in calibrations]
-    best = max(evidence for evidence, _ in weighed)
-    near = [pair for pair in weighed if pair[0] > best - tie]
+    weighed = [(evidence(calibration, lines), calibration) for calibration in calibrations]
+    least = max(evident for evident, _ in weighed) - UNDECIDED * len(lines.spectra)
+    near = [pair for pair in weighed if pair[0] > least]
     return max(near, key=lambda pair: (pair[1].hypothesis.free.size, pair[0]))[1]
