@@ -37,7 +37,7 @@ ABOVE_NOISE = 1.1
 seeds of benchmarks.diagnosis."""
 CLEAR, CLEAR_SHARE = 100.0, 0.04
 """or, where the noise ratio is not above ABOVE_NOISE, support by more than the first (−ΔBIC) that takes more than the
-second of the power. What is noise alone gave up to 60 and 0.03 in 30 trials with one law (even seeds of
+second of the power. Noise alone gave up to 60 and 0.03 in 16 trials with one law (even seeds of
 benchmarks.diagnosis)."""
 LOWERS = 0.98
 """Largest ratio of the force's error in N after and before an effect for which the effect is named. Chosen on even
