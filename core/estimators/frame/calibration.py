@@ -194,8 +194,10 @@ def promised(calibration: Calibration, problem: Problem) -> float:
         problem: lines, building and the wider hypothesis.
     """
     free, slope = problem.hypothesis.free, gradient(evaluated(problem, calibration.parameters, calibration.variances))
-    descent = slope.descent[free]
-    return 0.5 * float(descent @ np.linalg.solve(slope.normal[np.ix_(free, free)], descent))
+    normal = slope.normal[np.ix_(free, free)]
+    unit = 1 / np.sqrt(np.diag(normal))
+    descent = unit * slope.descent[free]
+    return 0.5 * float(descent @ linalg.lstsq(normal * np.outer(unit, unit), descent)[0])
 
 
 def next_variances(here: Evaluation) -> Variances:
