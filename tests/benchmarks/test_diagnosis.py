@@ -17,11 +17,6 @@ def test_what_is_hidden_is_named_and_predicts_a_new_earthquake(case: str) -> Non
     assert found.predicted < 0.5 * found.predicted_before
 
 
-def test_a_weak_second_effect_is_named_in_strong_noise() -> None:
-    """Of 10 %: with friction alone the noise ratio is 1.0 already, but the evidence for relief is beyond doubt."""
-    assert set(row("friction+relief", 3).named) == {"friction", "relief"}
-
-
 @pytest.mark.parametrize(("case", "outcomes"), [("nothing+gains", {"nothing_missing", "refit"}), ("mass", {"mass"})])
 def test_no_effect_is_named_where_none_is_missing(case: str, outcomes: set[str]) -> None:
     found = row(case, 1)
