@@ -52,7 +52,8 @@ def test_a_linear_model_lacks_hysteresis(api: TestClient, sessions: sessionmaker
     assert (found["model"], found["job"], found["author"]) == (model, job["id"], "engineer")
     analyses = [api.get(f"/api/v1/events/{event}").json()["analysis"]["id"] for event in (1, 2)]
     assert (found["fitted"], found["left_out"], found["analyses"]) == ([2], [1], analyses)
-    assert {one["effect"] for one in found["candidates"]} == set(EFFECTS) - set(LINEAR)
+    untried = set(EFFECTS) - set(LINEAR) - {one["effect"] for one in found["candidates"]}
+    assert all(EFFECTS[name].special for name in untried)  # hysteresis leaves noise: no law that contains a simpler one
     assert "bouc_wen" in found["set"]
     hysteretic = next(one for one in found["candidates"] if one["effect"] == "bouc_wen")
     assert hysteretic["delta_bic"] < -10
