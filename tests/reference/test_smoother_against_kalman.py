@@ -38,7 +38,8 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
 @pytest.mark.accuracy
 @pytest.mark.parametrize(("motion", "noise"), CASES)
 def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
-    """By the same superstructure, although the smoother in time knows the noise's level."""
+    """By the same superstructure, although the smoother in time knows the noise's level, and that gains and clocks are
+    right: correcting them, which is a tie with Chi-Chi at 10 % noise, costs 0.27 points."""
     channels, force = recorded(CUT, motion, noise, seed=0), exact_response(CUT, motion).force
     estimated = estimate(estimator_input(channels))
     assert estimated.assessment is not None
@@ -48,9 +49,9 @@ def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     )
     model = state_space(calibrated_structure(motion, noise), np.array(SENSORS), BUILDING.base_mass, RATE)
     fit, other = (fitting_rate(force, each) for each in (estimated.force, smoothed_force(model, channels, level)))
-    assert fit > 97.9  # with Chi-Chi at 10 % noise 98.0 by the masses as given, which are right: a tie
+    assert fit > 97.9
     assert other > 97.5  # so that the measure is one
-    assert fit >= other - 0.2
+    assert fit >= other - 0.3
 
 
 def test_the_smoother_in_time_is_exact_without_noise() -> None:
