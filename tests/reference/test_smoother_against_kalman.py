@@ -17,13 +17,14 @@ from core.paper import BUILDING
 
 CUT = KINDS["cut to its strongest 15 s"]
 SHORT = pytest.mark.xfail(strict=True, reason="98.40 %, where the smoother in time comes to 98.67")
+TIED = pytest.mark.xfail(strict=True, reason="97.95 % by corrected gains and clocks, which are right; 98.22 in time")
 CASES = [
     ("AKT013", 0.01),
     pytest.param("AKT013", 0.10, marks=SHORT),
     ("Kobe", 0.01),
     ("Kobe", 0.10),
     ("Chi-Chi", 0.01),
-    ("Chi-Chi", 0.10),
+    pytest.param("Chi-Chi", 0.10, marks=TIED),
 ]
 
 
@@ -38,8 +39,7 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
 @pytest.mark.accuracy
 @pytest.mark.parametrize(("motion", "noise"), CASES)
 def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
-    """By the same superstructure, although the smoother in time knows the noise's level, and that gains and clocks are
-    right: correcting them, which is a tie with Chi-Chi at 10 % noise, costs 0.27 points."""
+    """By the same superstructure, although the smoother in time knows the noise's level."""
     channels, force = recorded(CUT, motion, noise, seed=0), exact_response(CUT, motion).force
     estimated = estimate(estimator_input(channels))
     assert estimated.assessment is not None
@@ -49,9 +49,9 @@ def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     )
     model = state_space(calibrated_structure(motion, noise), np.array(SENSORS), BUILDING.base_mass, RATE)
     fit, other = (fitting_rate(force, each) for each in (estimated.force, smoothed_force(model, channels, level)))
-    assert fit > 97.9
+    assert fit > 98
     assert other > 97.5  # so that the measure is one
-    assert fit >= other - 0.3
+    assert fit >= other - 0.2
 
 
 def test_the_smoother_in_time_is_exact_without_noise() -> None:
