@@ -118,7 +118,7 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_dampings_of_the_modes_are_seen_in_strong_noise(seed: int) -> None:
-    """Of a fifth of each channel; the first three modes' dampings agree to 10 %.
+    """With noise of 20 % in every channel, the damping ratios of the first three modes agree to 10 %.
 
     The determinant along each hypothesis' own response hid them in three of these four cases.
     """
