@@ -17,7 +17,7 @@ from core.paper import BUILDING
 
 CUT = KINDS["cut to its strongest 15 s"]
 SHORT = pytest.mark.xfail(strict=True, reason="98.40 %, where the smoother in time comes to 98.67")
-TIED = pytest.mark.xfail(strict=True, reason="97.95 % by corrected gains and clocks, which are right; 98.22 in time")
+TIED = pytest.mark.xfail(strict=True, reason="97.95 %: gains and clocks that are right are corrected; 98.22 in time")
 CASES = [
     ("AKT013", 0.01),
     pytest.param("AKT013", 0.10, marks=SHORT),

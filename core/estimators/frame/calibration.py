@@ -175,7 +175,7 @@ def log_evidence(calibration: Calibration, problem: Problem, along: ComplexMatri
     """
     hypothesis = calibration.hypothesis
     here = evaluated(replace(problem, hypothesis=hypothesis), calibration.parameters, calibration.variances, along)
-    # that of the noise alone is a constant
+    # the determinant of the noise alone is a constant
     cost = here.cost if hypothesis.is_random else here.cost + float(np.log(squared(along).sum(axis=0)).sum())
     free = hypothesis.free
     occam = float(np.sum(np.log(hypothesis.std[free])))

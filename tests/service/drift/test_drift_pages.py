@@ -31,8 +31,8 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         assert "before it can raise an alarm" in page
         assert BASE in page
         sections = re.findall(r"<h3>([^<]+)</h3>.*?<details( open)?>", page, re.DOTALL)
-        changed = ("Stiffness of the isolation layer", "Damping of the isolation layer")
-        assert [title for title, is_open in sections if is_open] == [*changed]
+        opened = [title for title, is_open in sections if is_open]
+        assert opened == ["Stiffness of the isolation layer", "Damping of the isolation layer"]
         pictures = re.findall(r'<img src="(/charts/[^"]+)"', page)
         data = re.findall(r'<a href="(/api/[^"]+)"', page)
         assert len(pictures) == 4 + 6  # curves of stiffness, damping and two modes; histories of six quantities
