@@ -109,7 +109,11 @@ def _storey(
         "Look for damage there, or correct its stiffness in the building file; the estimated force already allows for "
         "it"
     )
-    message = f"{fault}. {remedy}"
+    masses = (
+        "Floor masses that differ from the building file would explain some of the records about as well; all together "
+        "speak for the storey"
+    )
+    message = f"{fault}. {masses}. {remedy}" if softened.or_masses else f"{fault}. {remedy}"
     return BuildingFault(Cause.SUPERSTRUCTURE, "storey", names[softened.storey], softened.change, softened.std, message)
 
 

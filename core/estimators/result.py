@@ -106,6 +106,10 @@ class StoreyStiffness:
     """(floors, floors) of the deviation, posterior."""
     prior_covariance: Matrix
     """(floors, floors) of the deviation before the record; the prior's mean is the design, up to an unknown scale."""
+    with_given_masses: "StoreyStiffness | None" = None
+    """By the floor masses as given, where this is by corrected ones."""
+    evidence_of_masses: float = 0.0
+    """Log evidence of the masses as given over corrected ones, by this record."""
 
     @property
     def information(self) -> Matrix:

@@ -98,8 +98,14 @@ def _modes(choice: Choice) -> FixedBaseModes:
 
 
 def _storeys(superstructure: InstrumentedSuperstructure, design: Design, choice: Choice) -> StoreyStiffness | None:
-    nominal = superstructure.storey_stiffness
-    return None if nominal is None else storey_stiffness(choice.calibration, design, nominal)
+    nominal, given = superstructure.storey_stiffness, choice.masses_as_given
+    if nominal is None:
+        return None
+    return replace(
+        storey_stiffness(choice.calibration, design, nominal),
+        with_given_masses=None if given is None else storey_stiffness(given, design, nominal),
+        evidence_of_masses=choice.evidence_of_masses,
+    )
 
 
 def _fallback(

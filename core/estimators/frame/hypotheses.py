@@ -131,6 +131,10 @@ class Choice:
     """Chi-square per degree of freedom by noise alone: about 1 where no motion is left unmodelled."""
     rivals: tuple[Rival, ...] = ()
     """Other hypotheses that the record does not rule out; none beside unmodelled motion, which allows for more."""
+    masses_as_given: Calibration | None = None
+    """The most evident one with the masses as given, where the chosen one corrects them."""
+    evidence_of_masses: float = 0.0
+    """Log evidence of the masses as given over masses that are corrected; 0 beside unmodelled motion."""
 
 
 Evidence = Callable[[Calibration, Lines], float]
@@ -173,8 +177,16 @@ def _choice(calibrations: list[Calibration], lines: Lines, evidence: Evidence) -
 
 
 def _with_rivals(choice: Choice, calibrations: list[Calibration], evidence: Evidence) -> Choice:
+    """The choice beside what else was calibrated: by masses as given and by corrected ones, in turn."""
     weighed = [(evidence(calibration, choice.lines), calibration) for calibration in calibrations]
-    return replace(choice, rivals=rivals(weighed, choice.calibration))
+    given, doubt = (max(weighed[turn::2], key=lambda pair: pair[0]) for turn in (0, 1))
+    is_given = any(calibration is choice.calibration for calibration in calibrations[::2])
+    return replace(
+        choice,
+        rivals=rivals(weighed, choice.calibration),
+        masses_as_given=None if is_given else given[1],
+        evidence_of_masses=given[0] - doubt[0],
+    )
 
 
 def rivals(candidates: Sequence[tuple[float, Calibration]], best: Calibration) -> tuple[Rival, ...]:

@@ -98,6 +98,19 @@ def test_a_softened_storey_is_named_with_what_it_lost() -> None:
     assert fault.std is not None
     assert fault.value == pytest.approx(-0.3, abs=4 * fault.std)
     assert f"storey below '{FLOORS[4]}'" in fault.message
+    assert "Floor masses" not in fault.message
+
+
+def test_a_softened_storey_that_wrong_masses_could_stand_for_says_so() -> None:
+    both = earthquakes(SOUND, SOFT)
+    for analysis in both:
+        force = analysis.directions["x"].restoring_force
+        assert force.storeys is not None
+        hidden = replace(force.storeys, deviation=np.zeros(7), with_given_masses=force.storeys, evidence_of_masses=4.0)
+        analysis.directions["x"] = replace(analysis.directions["x"], restoring_force=replace(force, storeys=hidden))
+    (fault,) = building_faults(both, described())
+    assert (fault.kind, fault.channel) == ("storey", FLOORS[4])
+    assert "Floor masses that differ from the building file would explain some of the records" in fault.message
 
 
 @pytest.mark.parametrize(("mass", "printed"), [(1.12, "too large"), (0.88, "too small")])

@@ -1,5 +1,7 @@
 """One storey that has lost stiffness is named; storeys that are all softer, or each a little, are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -79,6 +81,41 @@ def test_storeys_that_records_do_not_show_apart_are_all_named() -> None:
     storey = softened_storey([vague] * 3)
     assert storey is not None
     assert {storey.storey, *storey.others} == {2, 3}
+
+
+SOFT = np.where(np.arange(FLOORS) == 4, np.log(0.7), 0.0)
+
+
+def beside_masses(evidence: float, rng: np.random.Generator) -> StoreyStiffness:
+    """A record in which corrected masses hide the softened storey, with log evidence of the masses as given."""
+    hidden = reported(np.zeros(FLOORS), 0.1, rng)
+    return replace(hidden, with_given_masses=reported(SOFT, 0.02, rng), evidence_of_masses=evidence)
+
+
+def test_a_storey_that_corrected_masses_hide_is_named_where_all_records_speak_for_the_given_ones() -> None:
+    rng = np.random.default_rng(5)
+    evidence = [-9.0, 12.0, 8.0, -4.0]
+    found = softened_storey([beside_masses(one, rng) for one in evidence])
+    assert found is not None
+    assert (found.storey, found.or_masses) == (4, True)
+    assert softened_storey([beside_masses(-one, rng) for one in evidence]) is None
+
+
+def test_one_record_does_not_decide_about_the_masses() -> None:
+    """Its calibration may have failed."""
+    rng = np.random.default_rng(6)
+    found = softened_storey([beside_masses(one, rng) for one in (-1e4, 15.0, 12.0, 8.0)])
+    assert found is not None
+    assert found.storey == 4
+
+
+def test_where_masses_are_wrong_a_storey_needs_more_evidence() -> None:
+    rng = np.random.default_rng(7)
+    weak = [reported(np.where(np.arange(FLOORS) == 2, np.log(0.75), 0.0), 0.05, rng) for _ in range(4)]
+    assert softened_storey(weak) is not None
+    assert softened_storey([replace(one, evidence_of_masses=-40.0) for one in weak]) is None
+    clear = [reported(SOFT, 0.02, rng) for _ in range(4)]
+    assert softened_storey([replace(one, evidence_of_masses=-40.0) for one in clear]) is not None
 
 
 def test_a_building_of_one_storey_has_no_others_to_compare_with() -> None:
