@@ -8,6 +8,7 @@ from scipy import linalg
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, gradient, with_variances
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
+from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Superstructure
 from core.optimisation import Damping, FactorDamping, Quadratic, Step, lower_point, minimised
 from core.signals.spectra import squared
@@ -65,20 +66,23 @@ def calibrated(problem: Problem, start: Vector) -> Calibration:
         problem: lines, design and hypothesis.
         start: (size,) parameters.
     """
-    coarse = on_some_lines(problem, start)
-    return coarse if coarse.lines == problem.lines.angular.size else on_all_lines(problem, coarse)
+    return on_all_lines(problem, on_some_lines(problem, start))
 
 
 def on_some_lines(problem: Problem, start: Vector) -> Calibration:
     """Calibration by about ENOUGH evenly spread lines; by all where there are less than twice as many."""
-    lines = problem.lines
-    few = replace(problem, lines=lines.every(max(1, lines.angular.size // ENOUGH)))
+    few = replace(problem, lines=some_lines(problem.lines))
     return _settled(few, start, first_variances(few))
+
+
+def some_lines(lines: Lines) -> Lines:
+    """About ENOUGH of the lines, evenly spread; all where there are less than twice as many."""
+    return lines.every(max(1, lines.angular.size // ENOUGH))
 
 
 def on_all_lines(problem: Problem, near: Calibration) -> Calibration:
     """Calibration by all lines, started from that by some."""
-    return _settled(problem, near.parameters, near.variances)
+    return near if near.lines == problem.lines.angular.size else _settled(problem, near.parameters, near.variances)
 
 
 def _settled(problem: Problem, start: Vector, variances: Variances) -> Calibration:
