@@ -105,9 +105,18 @@ class Diagnosis:
     @property
     def dropped(self) -> tuple[Dropped, ...]:
         """Effects that could not be judged, in any of the rankings, by their names."""
-        rankings = (self.first, *(step.ranking for step in self.steps), self.last)
-        each = {one.effect: one for ranking in rankings for one in ranking.dropped}
+        each = {one.effect: one for ranking in self._rankings for one in ranking.dropped}
         return tuple(each[name] for name in sorted(each))
+
+    @property
+    def untried(self) -> tuple[str, ...]:
+        """Effects that were in no ranking, because the records are explained without them."""
+        tried = {one.effect for ranking in self._rankings for one in (*ranking.candidates, *ranking.dropped)}
+        return tuple(name for name in self.first.untried if name not in tried)
+
+    @property
+    def _rankings(self) -> tuple[Ranking, ...]:
+        return (self.first, *(step.ranking for step in self.steps), self.last)
 
     @property
     def is_unknown(self) -> bool:

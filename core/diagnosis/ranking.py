@@ -89,6 +89,8 @@ class Ranking:
     """(records,) N, root mean square of the measured force's noise."""
     dropped: tuple[Dropped, ...] = ()
     """Effects that could not be judged, by their names."""
+    untried: tuple[str, ...] = ()
+    """Laws that contain simpler ones, where these or the model explain the records."""
 
     @property
     def independent(self) -> float:
@@ -196,6 +198,7 @@ def _ranked(
         τ,
         floor,
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
+        tuple(name for name in effects if name not in simple and name not in contain),
     )
 
 

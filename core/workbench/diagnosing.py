@@ -130,7 +130,7 @@ class DiagnosisResult:
         opening = OPENINGS.get(self.diagnosis.outcome, _missing)(self)
         outside = () if self.diagnosis.outcome is Outcome.OUT_OF_RANGE else range_sentences(self.out_of_range)
         apart = direction_sentences(self.directions)
-        told = (*opening, *apart, *_after(self), *outside, *_open(self), *_dropped(self))
+        told = (*opening, *apart, *_after(self), *outside, *_open(self), *_untried(self), *_dropped(self))
         return (*fault_sentences(self.faults), *told)
 
     def __str__(self) -> str:
@@ -402,6 +402,12 @@ def _open(result: DiagnosisResult) -> Iterator[str]:
     unseen = ", ".join(dict.fromkeys(name for name, _ in result.diagnosis.refitted.undetermined))
     if unseen:
         yield f"Not determined by these records: {unseen}."
+
+
+def _untried(result: DiagnosisResult) -> Iterator[str]:
+    untried = ", ".join(titled(name) for name in result.diagnosis.untried)
+    if untried:
+        yield f"Not tried, because the records are explained without them: {untried}."
 
 
 def _dropped(result: DiagnosisResult) -> Iterator[str]:

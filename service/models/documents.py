@@ -106,6 +106,7 @@ def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
         findings=_suspects(result.faults),
         candidates=[CandidateOut.of(one, result.before) for one in result.candidates],
         dropped=[DroppedOut.model_validate(one) for one in result.dropped],
+        untried=list(result.diagnosis.untried),
         set=[one.effect for one in steps[0].alike] if steps else [],
         unknown_flag=result.diagnosis.outcome is Outcome.UNKNOWN or result.diagnosis.is_unknown,
         resembles=list(result.resembles),

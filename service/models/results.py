@@ -334,8 +334,11 @@ class Findings(Result):
     """Content of a diagnosis."""
 
     findings: list[SuspectOut] = Field(description="Faults of sensors, superstructure and mass; they come first.")
-    candidates: list[CandidateOut] = Field(description="Every effect that the model does not have, the best first.")
+    candidates: list[CandidateOut] = Field(description="Every effect that was tried, the best first.")
     dropped: list[DroppedOut] = Field(default=[], description="Effects that could not be checked, with the reason.")
+    untried: list[str] = Field(
+        default=[], description="Effects that were not tried, because the records are explained without them."
+    )
     set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
     resembles: list[str] = Field(
         default=[], description="If the outcome is `unknown`: the nearest effects, none of which is the cause itself."

@@ -228,6 +228,16 @@ def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[
     assert "(moat) could not be checked" in page(report.diagnosis_file(found))
 
 
+def test_a_law_that_was_not_tried_is_named_with_the_reason() -> None:
+    """A relief damper with a brace contains one without, and hardening explains the records."""
+    seen = records_from_observations(observations(HARD, 0.02, 1))
+    found = diagnose(GIVEN, "given.toml", seen, silent, ("hardening", "braced_relief"))
+    document = through_json(as_json(documents.diagnosis(found)))
+    assert ([one["effect"] for one in document["candidates"]], document["untried"]) == (["hardening"], ["braced_relief"])
+    assert found.result.text[-1].startswith("Not tried, because the records are explained without them: ")
+    assert found.result.text[-1].endswith("(braced_relief).")
+
+
 def test_nothing_is_missing_where_nothing_is() -> None:
     found = diagnose(GIVEN, "given.toml", records_from_observations(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
     assert found.result.text[0].startswith("No known effect is missing: the error of the force is ")
