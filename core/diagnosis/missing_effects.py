@@ -111,7 +111,8 @@ class Diagnosis:
     @property
     def untried(self) -> tuple[str, ...]:
         """Effects that were in no ranking, because the records are explained without them."""
-        tried = {one.effect for ranking in self._rankings for one in (*ranking.candidates, *ranking.dropped)}
+        tried = {one.effect for ranking in self._rankings for one in ranking.candidates}
+        tried |= {one.effect for one in self.dropped}
         return tuple(name for name in self.first.untried if name not in tried)
 
     @property

@@ -397,12 +397,12 @@ def _beyond(
     if amplitude > FARTHEST * seen.displacement:
         yield (
             f"The isolators would move {plain(amplitude * 1e3, 3)} mm, {plain(amplitude / seen.displacement, 2)} times "
-            f"as far as in any record ({plain(seen.displacement * 1e3, 3)} mm)."
+            f"as far as in any record that the model was fitted to ({plain(seen.displacement * 1e3, 3)} mm)."
         )
     if velocity > FARTHEST * seen.velocity:
         yield (
             f"They would move at {plain(velocity * 1e3, 3)} mm/s, {plain(velocity / seen.velocity, 2)} times as fast "
-            f"as in any record ({plain(seen.velocity * 1e3, 3)} mm/s)."
+            f"as in any record that the model was fitted to ({plain(seen.velocity * 1e3, 3)} mm/s)."
         )
     if awake := _awake(by, driven, motion, setting):
         yield f"No record has made this act: {', '.join(awake)}. Here it would; its values are not known."
@@ -450,8 +450,8 @@ def _remarks(by: Forecaster, motion: GroundMotion, amplitude: float) -> Iterator
     seen = by.experience
     if seen.displacement < amplitude <= FARTHEST * seen.displacement:
         yield (
-            f"The isolators would move {plain(amplitude / seen.displacement, 3)} times as far as in any record "
-            f"({plain(seen.displacement * 1e3, 3)} mm); the interval is wider for it."
+            f"The isolators would move {plain(amplitude / seen.displacement, 3)} times as far as in any record that "
+            f"the model was fitted to ({plain(seen.displacement * 1e3, 3)} mm); the interval is wider for it."
         )
     lacking = [direction for direction in by.directions if direction not in motion.accelerations]
     if lacking:

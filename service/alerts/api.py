@@ -44,7 +44,7 @@ AnyState = Annotated[
     Query(description="Only alerts in this state; `open`: any that has not ended."),
 ]
 AnyKind = Annotated[
-    Literal["deterioration", "recovery", "sensor", "model", "data"] | None,
+    Literal["deterioration", "limit", "recovery", "sensor", "model", "data"] | None,
     Query(description="Only alerts of this kind."),
 ]
 

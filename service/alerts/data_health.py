@@ -94,7 +94,7 @@ class Work:
 def stopped_source(source: Source, thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:
     """The monitoring server has not answered for too long, or a request to it does not end.
 
-    A server that has never answered since its building file took effect may have a wrong address: that is reported at
+    A server that has not answered since its building file took effect may have a wrong address: that is reported at
     once.
     """
     has_pending_request = source.attempted_at is not None and source.attempted_at > (
@@ -105,7 +105,9 @@ def stopped_source(source: Source, thresholds: Thresholds, now: datetime) -> Ite
         return
     has_answered = source.succeeded_at is not None and source.succeeded_at >= source.described_at
     if source.failing_since is not None and not has_answered:
-        wording = texts.SERVER_NEVER_ANSWERED.filled(error=source.error)
+        never = source.succeeded_at is None
+        wording = texts.SERVER_NEVER_ANSWERED if never else texts.SERVER_SILENT_SINCE_CHANGE
+        wording = wording.filled(error=source.error)
         yield _candidate("source", began, began, wording, {"error": source.error})
     elif now - began > thresholds.source:
         is_failing = source.failing_since is not None

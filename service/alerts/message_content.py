@@ -172,13 +172,17 @@ def _outcome(facts: EventFacts, ended: Sequence[AlertFacts]) -> str:
     if reported := [one for one in facts.alerts if one.is_reported]:
         return reported[0].summary + texts.and_more(len(reported))
     if waiting := [one for one in facts.alerts if one.is_on_hold or one.is_silenced]:
-        template = texts.ON_HOLD_OR_MUTED if length is None else texts.MOVED_ON_HOLD_OR_MUTED
+        template = (
+            texts.MOVED_ON_HOLD_OR_MUTED if facts.resultant is not None else texts.MOVED_AT_LEAST_ON_HOLD_OR_MUTED
+        )
+        template = texts.ON_HOLD_OR_MUTED if length is None else template
         return template.format(length=length, count=len(waiting), s="s" * (len(waiting) > 1))
     headline = verdict_texts.headline(facts.assessment)
     if ended:
         has_moved = any(not one.has_ended for one in ended)
         return f"{texts.REPORTED_ELSEWHERE if has_moved else texts.ALERTS_ENDED}; {headline}"
-    return headline if length is None else texts.MOVED.format(length=length, outcome=headline)
+    template = texts.MOVED_AT_LEAST if facts.resultant is None else texts.MOVED
+    return headline if length is None else template.format(length=length, outcome=headline)
 
 
 def _motion(facts: EventFacts) -> Iterator[str]:
@@ -189,7 +193,11 @@ def _motion(facts: EventFacts) -> Iterator[str]:
     elif facts.largest is None:
         yield texts.RECORDED_NO_DISPLACEMENT.format(**values)
     else:
-        yield texts.RECORDED.format(**values, length=texts.length(facts.largest))
+        values["length"] = texts.length(facts.largest)
+        if facts.resultant is None:
+            yield texts.RECORDED_IN_ONE_DIRECTION.format(**values, direction=" and ".join(facts.displacements))
+        else:
+            yield texts.RECORDED.format(**values)
 
 
 def _alerts(facts: EventFacts) -> Iterator[str]:

@@ -109,7 +109,7 @@ class EventFacts:
 
     @property
     def largest(self) -> float | None:
-        """m, largest isolator displacement; None where none was measured."""
+        """m, largest isolator displacement, a lower bound where one direction is known; None where none is."""
         return max(self.displacements.values(), default=None) if self.resultant is None else self.resultant
 
 

@@ -40,7 +40,7 @@ router = APIRouter(include_in_schema=False)
 
 Reader = Annotated[Caller, Depends(reader)]
 LISTED = 200
-"""Alerts of a building that its page lists, the latest first."""
+"""The latest alerts of a building, of which its page lists the ended ones; it lists every open one."""
 Acknowledging = Annotated[Posted[AcknowledgeRequest], Depends(posted(AcknowledgeRequest))]
 Inspecting = Annotated[Posted[InspectForm], Depends(posted(InspectForm))]
 Commenting = Annotated[Posted[CommentRequest], Depends(posted(CommentRequest))]
@@ -61,7 +61,10 @@ def _listed(
     now = datetime.now(UTC)
     with sessions() as session:
         building, _ = building_queries.building(session, code)
-        rows = queries.every(session, building.id, None, None, None, LISTED)
+        open_alerts = queries.every(session, building.id, "open", None, None, None)
+        latest = queries.every(session, building.id, None, None, None, LISTED)
+        ended = [one for one in latest if one.closed_at is not None]
+        rows = [*open_alerts, *ended]
         return page(
             request,
             "alerts",
@@ -69,8 +72,9 @@ def _listed(
             refused=refused,
             building=building,
             verdict_on=reading.of_building(session, building),
-            open_alerts=[one for one in rows if one.closed_at is None],
-            ended=[one for one in rows if one.closed_at is not None],
+            open_alerts=open_alerts,
+            ended=ended,
+            most=LISTED if len(latest) == LISTED else None,
             silences=[one for one in reversed(queries.silences(session, building.id)) if one.ends_at > now],
             comments=queries.comment_counts(session, [one.id for one in rows]),
             causes=sorted({one.cause for one in rows}),

@@ -57,7 +57,12 @@ def alert(session: Session, number: int) -> Alert:
 
 
 def every(
-    session: Session, building_id: int | None, state: str | None, kind: str | None, before: int | None, limit: int
+    session: Session,
+    building_id: int | None,
+    state: str | None,
+    kind: str | None,
+    before: int | None,
+    limit: int | None,
 ) -> Sequence[Alert]:
     """Alerts, the latest first; the state `open` is every state of an alert that has not ended.
 
@@ -67,7 +72,7 @@ def every(
         state: one of service.alerts.lifecycle, or `open`; None: any.
         kind: one of service.alerts.candidates.Kind; None: any.
         before: the last number of the previous page.
-        limit: rows.
+        limit: rows; None: all.
     """
     query = select(Alert).options(joinedload(Alert.building))
     for column, wanted in ((Alert.building_id, building_id), (Alert.kind, kind)):

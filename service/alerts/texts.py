@@ -178,8 +178,10 @@ EARLY_PROVISIONAL = (
 FACT_EARLY = "Largest acceleration so far, level {level}"
 UNUSABLE = "its records cannot be used"
 MOVED = "isolators moved {length}, {outcome}"
+MOVED_AT_LEAST = "isolators moved at least {length}, {outcome}"
 ON_HOLD_OR_MUTED = "{count} alert{s} on hold or muted"
 MOVED_ON_HOLD_OR_MUTED = "isolators moved {length}, {count} alert{s} on hold or muted"
+MOVED_AT_LEAST_ON_HOLD_OR_MUTED = "isolators moved at least {length}, {count} alert{s} on hold or muted"
 REPORTED_ELSEWHERE = "its alert is now reported with another earthquake"
 ALERTS_ENDED = "its alerts have ended"
 
@@ -189,6 +191,10 @@ RECORDED_NO_DISPLACEMENT = (
     "An earthquake was recorded at {name} on {when}. How far the isolators moved was not measured."
 )
 RECORDED = "An earthquake was recorded at {name} on {when}. The isolators moved by {length} at most."
+RECORDED_IN_ONE_DIRECTION = (
+    "An earthquake was recorded at {name} on {when}. The isolators moved by at least {length}: only the motion in "
+    "direction {direction} is known."
+)
 ALERT_ON_HOLD = (
     "Possibly: {summary}. But a sensor behind this result measures wrongly, which may be the whole explanation. "
     "A message follows as soon as that is settled."
@@ -244,6 +250,10 @@ class Wording:
 SERVER_NEVER_ANSWERED = Wording(
     "The monitoring server has never answered at its address",
     ("Earthquakes are not monitored until it answers.", "Error: {error}."),
+)
+SERVER_SILENT_SINCE_CHANGE = Wording(
+    "The monitoring server has not answered since the building file was changed",
+    ("Check the address of its source. Earthquakes are not monitored until it answers.", "Error: {error}."),
 )
 SERVER_SILENT = Wording(
     "The monitoring server has not answered for more than {duration}",

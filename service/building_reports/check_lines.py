@@ -37,7 +37,7 @@ class CheckLine:
     bar: str
     """SVG; empty where there is no value or no limit."""
     settles: str
-    """Reason why it is undecided, and what settles it; empty where it is decided."""
+    """What is unclear about it, and what settles it; empty where nothing is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,16 +67,17 @@ def advice(assessment: Assessment) -> str:
 
 def _line(check: Check) -> CheckLine:
     is_open = check.outcome is Outcome.UNDECIDED
+    exceeded = texts.level_of_limit(check) or check.level
     return CheckLine(
         title=shown(texts.title(check), LONGEST_TITLE),
         value=said(texts.value(check) or ("not known" if is_open else "–")),
         limits=_limits(check),
         source=shown(texts.source(check)),
         outcome=check.outcome.value,
-        words=said(f"exceeded: {check.level.words}") if check.outcome is Outcome.EXCEEDED else texts.outcome(check),
+        words=said(f"exceeded: {exceeded.words}") if check.outcome is Outcome.EXCEEDED else texts.outcome(check),
         symbol=OUTCOMES[check.outcome],
         bar=_bar(check),
-        settles=clipped(" ".join(said(part) for part in (check.reason, check.remedy) if part)) if is_open else "",
+        settles=clipped(" ".join(said(part) for part in (check.reason, check.remedy) if part)),
     )
 
 

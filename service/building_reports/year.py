@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from core.rounding import significant
+from core.rounding import significant, with_std
 from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.building_reports import texts
 from service.building_reports.building_year import (
@@ -203,9 +203,10 @@ def _earthquake(of: BuildingYear, event: Event, level: Level, row: Line, change:
 
 
 def _values(of: BuildingYear, quantity: str) -> Sequence[Line]:
-    """(event, start, subject, value, std, is_reference) of a quantity up to the end of the year, in order of time."""
+    """(event, start, subject, value, std, is_reference, is_excluded, is_beyond) of a quantity, in order of time."""
     columns = (DriftValue.event_id, Event.start, MonitoredSeries.subject, DriftValue.value, DriftValue.std)
-    query = select(*columns, DriftValue.is_reference).join(MonitoredSeries, MonitoredSeries.id == DriftValue.series_id)
+    kinds = (DriftValue.is_reference, DriftValue.is_excluded, DriftValue.is_beyond)
+    query = select(*columns, *kinds).join(MonitoredSeries, MonitoredSeries.id == DriftValue.series_id)
     of_series = (MonitoredSeries.building_id == of.building.id, MonitoredSeries.quantity == quantity)
     query = query.join(Event, Event.id == DriftValue.event_id).where(
         *of_series, MonitoredSeries.subject.in_(("x", "y"))
@@ -214,21 +215,31 @@ def _values(of: BuildingYear, quantity: str) -> Sequence[Line]:
 
 
 def _changes(of: BuildingYear, rows: Sequence[Line]) -> dict[int, str]:
-    """Changes of stiffness by event: `x −7.8 %, y −8.2 %`; those of the reference period have none."""
+    """Changes of stiffness by event: `x −7.8 ± 0.6 %, y not compared`; those of the reference period have none."""
     by_event: dict[int, list[str]] = {}
     for row in rows:
         if row.start >= of.start and not row.is_reference:
-            by_event.setdefault(row.event_id, []).append(f"{row.subject} {_percent(row.value)}")
+            change = (
+                f"{row.subject} {_percent(row.value, row.std)}" if _is_judged(row) else f"{row.subject} not compared"
+            )
+            by_event.setdefault(row.event_id, []).append(change)
     return {event: ", ".join(sorted(parts)) for event, parts in by_event.items()}
 
 
-def _percent(change: float) -> str:
-    return f"{round(100 * change, 1) + 0.0:+.1f} %".replace("-", "−")  # what rounds to −0 is 0
+def _is_judged(row: Line) -> bool:
+    """False where a data problem, or amplitudes outside the reference's, keep a value out of the comparison."""
+    return not (row.is_excluded or row.is_beyond)
+
+
+def _percent(change: float, std: float) -> str:
+    """A change with its 95 % uncertainty."""
+    return f"{'+' if change > 0 else ''}{with_std(100 * change, 200 * std, '%')}"
 
 
 def _trend(rows: Sequence[Line]) -> tuple[tuple[str, tuple[TrendPoint, ...]], ...]:
-    """Points by direction; directions without any are omitted."""
-    by_direction = {name: [row for row in rows if row.subject == name] for name in ("x", "y")}
+    """Points by direction of what is compared; directions without any are omitted."""
+    judged = [row for row in rows if _is_judged(row)]
+    by_direction = {name: [row for row in judged if row.subject == name] for name in ("x", "y")}
     return tuple((name, tuple(_thinned(own))) for name, own in by_direction.items() if own)
 
 

@@ -29,7 +29,7 @@ from service.buildings.tables import Building
 from service.drift import texts
 from service.records.tables import Event
 from service.verdict import accumulated, reading, texts as verdict_texts
-from service.verdict.checks import Check, Lacking, Level, Limits, Measured, gravest
+from service.verdict.checks import Check, Lacking, Level, Limits, Measured, Outcome, gravest
 from service.verdict.limits import (
     RESIDUAL_OFFSET,
     accumulated_checks,
@@ -87,18 +87,26 @@ def limit_candidates(session: Session, building_id: int) -> tuple[AlertCandidate
             raised_event_id=last.id,
             event_ids=tuple(event.id for event, _, _ in over),
             evidence={"level": str(level), "checks": [check.name for check in checks], **_interval(displacement)},
-            summary=texts.LIMIT_SUMMARY.format(
-                check=verdict_texts.title(checks[0]),
-                value=verdict_texts.brief(checks[0]),
-                kind=texts.LIMIT_KINDS[level],
-            ),
+            summary=_limit_summary(checks[0]),
             sentences=(
                 texts.LIMIT_EVENT.format(when=local_time(gravest_event.start.astimezone(ZoneInfo(file.timezone)))),
                 verdict_texts.MEANINGS[level],
-                *(f"{verdict_texts.of_limit(check)}." for check in checks),
+                *(
+                    " ".join(one for one in (f"{verdict_texts.of_limit(check)}.", check.reason) if one)
+                    for check in checks
+                ),
             ),
         ),
     )
+
+
+def _limit_summary(check: Check) -> str:
+    """One line about the gravest check: what is exceeded, or that only the limit of action is unclear."""
+    is_exceeded = check.outcome is Outcome.EXCEEDED and verdict_texts.level_of_limit(check) is check.level
+    if not is_exceeded:
+        return texts.LIMIT_UNCLEAR.format(check=verdict_texts.title(check), value=verdict_texts.value(check))
+    kind = texts.LIMIT_KINDS[check.level]
+    return texts.LIMIT_SUMMARY.format(check=verdict_texts.title(check), value=verdict_texts.brief(check), kind=kind)
 
 
 def _reported_alarms(monitoring: Monitoring) -> Iterator[tuple[str, Kind, int]]:

@@ -132,6 +132,8 @@ def series_rows(session: Session, building_id: int) -> list[SeriesRow]:
             latest_event=None if last is None else last.event_id,
             latest_value=None if last is None else last.value,
             latest_std=None if last is None else last.std,
+            latest_is_excluded=last is not None and last.is_excluded,
+            latest_is_beyond=last is not None and last.is_beyond,
             alarms=sure.get(series.id, 0),
             monitored_at=series.created_at,
         )

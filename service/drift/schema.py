@@ -42,6 +42,8 @@ class SeriesRow(Answer):
     latest_event: int | None = Field(description="Number of the latest event that has a value; null where none has.")
     latest_value: Number | None = Field(description="Its value, see the drift history; null where there is none.")
     latest_std: Number | None = Field(description="Standard deviation of it; null where there is none.")
+    latest_is_excluded: bool = Field(description="True if a sensor finding excludes it from every rule.")
+    latest_is_beyond: bool = Field(description="True if its amplitudes lie outside the reference's: no rule judges it.")
     alarms: int = Field(description="Alarms that the rules are sure of.")
     monitored_at: datetime = Field(description="When the series was last monitored.")
 

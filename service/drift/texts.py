@@ -99,6 +99,7 @@ ONE_SHOWS = "one earthquake shows"
 SEVERAL_SHOW = "{count} earthquakes show"
 
 LIMIT_SUMMARY = "{check}: {value}, beyond the limit of {kind}"
+LIMIT_UNCLEAR = "{check}: {value}, perhaps beyond the limit of action"
 LIMIT_KINDS: Mapping[Level, str] = {Level.ACT: "action", Level.INSPECT: "inspection"}
 LIMIT_EVENT = "This was in the earthquake of {when}. The alert stays until an inspection is recorded on its page."
 

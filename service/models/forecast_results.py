@@ -84,6 +84,7 @@ class ForecastDocument(Head):
     """Forecasts of a model."""
 
     model: ModelValues
+    fitted_to: list[str] = Field(default=[], description="Names of the earthquakes that the model was fitted to.")
     known_from: list[str] = Field(description="Names of the earthquakes that the model's error is known from.")
     displacement: Value = Field(description="m, largest of the layer in the records that the model was fitted to.")
     velocity: Value = Field(description="m/s, the same.")
@@ -100,6 +101,7 @@ def document(done: Forecasts) -> ForecastDocument:
     return ForecastDocument(
         building=done.given.building,
         model=ModelValues.of(done.given),
+        fitted_to=list(result.earthquakes.fitted_names),
         known_from=list(dict.fromkeys(one.name for one in result.earthquakes.observations)),
         displacement=result.experience.displacement,
         velocity=result.experience.velocity,

@@ -66,14 +66,15 @@ def rated(errors: Sequence[EventError]) -> tuple[RatedError, ...]:
 
 
 def finding(trend: Sequence[RatedError]) -> Finding | None:
-    """Finding on the latest events; None where the model is good, or where nothing was fitted.
+    """Finding on the latest events after those that were fitted; None where the model is good, or nothing was fitted.
 
     Args:
         trend: the earliest event first.
     """
     later: dict[int, list[RatedError]] = {}
+    fitted_until = max((one.event.start for one in trend if one.event.is_fitted), default=None)
     for one in trend:
-        if not one.event.is_fitted:
+        if not one.event.is_fitted and (fitted_until is None or one.event.start > fitted_until):
             later.setdefault(one.event.number, []).append(one)
     latest = [_worst(directions) for directions in later.values()][-IN_A_ROW:]
     if not latest or not latest[-1].is_missed:

@@ -26,6 +26,10 @@ SURVEY = (
     "Analyse them again; or inspect the building; or survey the rest position, then set a reference period of "
     f"{RESIDUAL} that begins after the survey."
 )
+NOTHING_COUNTS = Lacking(
+    reason=f"The reference period of {RESIDUAL} begins after this earthquake, which does not count.",
+    remedy="The next earthquake is the first that counts.",
+)
 DAMPERS = "Analyse them again, or inspect the dampers and record the inspection of the building."
 
 
@@ -46,6 +50,8 @@ class Total:
     last_unknown: datetime | None
     inspected: int
     """Earthquakes without a known share that an inspection followed."""
+    before: int
+    """Earthquakes before the reference period, which do not count."""
 
 
 Totals = Mapping[str, Total]
@@ -76,6 +82,7 @@ def totals(session: Session, buildings: Question, events: Question) -> Sequence[
             func.sum(case((is_unknown, 1), else_=0)).over(**order).label(f"{name}_unknown"),
             func.max(case((is_unknown, shares.c.start))).over(**order).label(f"{name}_last_unknown"),
             func.sum(case((is_lacking & shares.c.is_inspected, 1), else_=0)).over(**order).label(f"{name}_inspected"),
+            func.sum(case((~shares.c[f"{name}_counts"], 1), else_=0)).over(**order).label(f"{name}_before"),
         ]
     sums = select(shares.c.id, shares.c.building_id, shares.c.start, *columns).subquery()
     wanted = select(sums).where(sums.c.id.in_(events.correlate(None))).order_by(sums.c.start, sums.c.id)
@@ -89,7 +96,9 @@ def rest_position(sums: Totals) -> Measured | Lacking:
     """m, offset in plan from the rest position at the beginning of the reference period."""
     of_directions = {name: sums[name] for name in DIRECTIONS if sums[name].count}
     if not of_directions:
-        return NO_RESIDUAL
+        each = [sums[name] for name in DIRECTIONS]
+        is_lacking = any(one.unknown or one.inspected for one in each)
+        return NOTHING_COUNTS if any(one.before for one in each) and not is_lacking else NO_RESIDUAL
     found = measured_residual({name: (one.value, sqrt(one.variance)) for name, one in of_directions.items()})
     worst = max(of_directions.values(), key=lambda one: (one.unknown, one.inspected))
     return _with_doubt(found, worst, "offset", SURVEY)
@@ -131,7 +140,7 @@ def _earthquakes(count: int) -> str:
 
 
 def _total(line: Line, name: str) -> Total:
-    parts = ("value", "variance", "count", "first", "unknown", "last_unknown", "inspected")
+    parts = ("value", "variance", "count", "first", "unknown", "last_unknown", "inspected", "before")
     return Total(**{part: getattr(line, f"{name}_{part}") for part in parts})
 
 

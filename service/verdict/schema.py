@@ -30,8 +30,10 @@ class CheckOut(Answer):
     limits: dict[str, Number] | None = Field(description="By the level that each leads to; null where there is none.")
     source: str | None = Field(description="Source of the limits; null where there is none.")
     note: str = Field(description="Place of the value, or how far its determination goes; mostly empty.")
-    reason: str = Field(description="Why it is undecided; empty where it is decided.")
-    remedy: str = Field(description="What settles it; empty where it is decided.")
+    reason: str = Field(
+        description="What is unclear: of an exceeded check, whether a graver limit is exceeded too. Empty: nothing is."
+    )
+    remedy: str = Field(description="What settles it; empty where nothing is unclear.")
 
 
 class OpenAlertOut(Answer):

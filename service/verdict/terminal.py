@@ -46,5 +46,4 @@ def _grounds(checks: Sequence[Check]) -> Iterator[Text]:
 
 
 def _ground(check: Check) -> str:
-    settles = (check.reason, check.remedy) if check.outcome is Outcome.UNDECIDED else ()
-    return " ".join(f"{part.removesuffix('.')}." for part in (texts.source(check), *settles) if part)
+    return " ".join(f"{part.removesuffix('.')}." for part in (texts.source(check), check.reason, check.remedy) if part)

@@ -66,7 +66,7 @@ INSPECTED_MEANINGS: Mapping[str, str] = {
     "restricted": "Use the building within the restrictions of the inspection.",
     "unfit": "Do not use the building: that is the result of its inspection. Follow the emergency plan.",
 }
-"""Meaning of a level that follows from an inspection, by its result."""
+"""Meaning of a level that follows from an inspection, by its result; of `fit` where a limit was exceeded."""
 STATE_NAMES: Mapping[str, str] = {
     "active": "active",
     "acknowledged": "acknowledged",
@@ -128,8 +128,15 @@ def limit(check: Check) -> str:
     if check.limit is None or check.limits is None:
         return ""
     unit, factor = shown_unit(check)
-    level = next((level.words for level, one in check.limits if one == check.limit), "")
-    return f"{plain(check.limit * factor)} {unit}".rstrip() + (f" ({level})" if level else "")
+    level = level_of_limit(check)
+    return f"{plain(check.limit * factor)} {unit}".rstrip() + (f" ({level.words})" if level else "")
+
+
+def level_of_limit(check: Check) -> Level | None:
+    """The level of the limit that decides: an unclear graver limit may make the level of the check itself graver."""
+    if check.limits is None:
+        return None
+    return next((level for level, one in check.limits if one == check.limit), None)
 
 
 def of_limit(check: Check) -> str:
@@ -168,7 +175,7 @@ def moved(verdict: Assessment) -> str:
 
 def meaning(verdict: Assessment) -> str:
     """Meaning of the level and the action it asks for; after an inspection that decides it, by its result."""
-    if verdict.inspection is not None and _decides(verdict):
+    if verdict.inspection is not None and _comes_first(verdict):
         return INSPECTED_MEANINGS[verdict.inspection.result.value]
     if verdict.level is Level.WATCH:
         return WATCHED[bool(verdict.of_outcome(Outcome.EXCEEDED)), bool(verdict.alerts)]
@@ -192,7 +199,7 @@ def sentences(verdict: Assessment) -> Iterator[str]:
     level, *rest = opening(verdict)
     yield level
     for check in verdict.of_outcome(Outcome.EXCEEDED):
-        yield f"{of_limit(check)}."
+        yield " ".join(part for part in (f"{of_limit(check)}.", check.reason, check.remedy) if part)
     yield from rest
     for check in verdict.of_outcome(Outcome.UNDECIDED):
         yield " ".join(part for part in (f"Undecided: {title(check)}.", check.reason, check.remedy) if part)
@@ -241,6 +248,15 @@ def _decides(verdict: Assessment) -> bool:
     return verdict.level is not verdict.automatic or (one.result is not Result.FIT and verdict.level is one.least)
 
 
+def _comes_first(verdict: Assessment) -> bool:
+    """True if the inspection decides the level and says more than it: not "fit" beside what is undecided or missing."""
+    one = verdict.inspection
+    if one is None or not _decides(verdict):
+        return False
+    has_exceeded = bool(verdict.of_outcome(Outcome.EXCEEDED))
+    return one.result is not Result.FIT or (verdict.level is Level.WATCH and has_exceeded)
+
+
 def within(text: str) -> str:
     """A title inside a sentence: its first letter is small, unless it begins with an abbreviation."""
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]
@@ -248,8 +264,12 @@ def within(text: str) -> str:
 
 def _reasons(verdict: Assessment) -> Iterator[str]:
     """Reasons of the level, the gravest first."""
-    if verdict.inspection is not None and _decides(verdict):
-        yield f"{RESULTS[verdict.inspection.result.value]} by inspection, automatic result {verdict.automatic.words}"
+    one = verdict.inspection
+    by_inspection = ""
+    if one is not None and _decides(verdict):
+        by_inspection = f"{RESULTS[one.result.value]} by inspection, automatic result {verdict.automatic.words}"
+    if by_inspection and _comes_first(verdict):
+        yield by_inspection
     worst = [check for check in verdict.checks if check.level is verdict.level and verdict.level is not Level.NORMAL]
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
     if exceeded and verdict.level is not Level.UNDECIDED:
@@ -270,6 +290,8 @@ def _reasons(verdict: Assessment) -> Iterator[str]:
         yield f"{within(title(worst[0]))} undecided"
     if verdict.level is Level.NORMAL:
         yield f"{len(verdict.checks)} of {len(verdict.checks)} checks passed"
+    if by_inspection and not _comes_first(verdict):
+        yield by_inspection
 
 
 def _and_more(first: str, count: int) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -18,7 +19,7 @@ STOREY, ISOLATORS, GROUND = 26.0, 22.0, 26.0
 LEFT, TOP = 110.0, 20.0
 APART, MOST = 18.0, 11
 """Units between two sensors, and sensors that one level has room for."""
-UNSEEN, WORKS, SUSPECT, SILENT = "no record yet", "working", "suspect", "silent"
+UNSEEN, UNCHECKED, WORKS, SUSPECT, SILENT = "no record yet", "not checked yet", "working", "suspect", "silent"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,9 @@ class Section:
     def summary(self) -> str:
         """`10 floors; 13 sensors: 12 working, 1 suspect`."""
         states = [one.state for one in self.sensors]
-        counts = [f"{states.count(state)} {state}" for state in (WORKS, SUSPECT, SILENT, UNSEEN) if state in states]
+        counts = [
+            f"{states.count(state)} {state}" for state in (WORKS, SUSPECT, SILENT, UNCHECKED, UNSEEN) if state in states
+        ]
         return f"{len(self.floors)} levels above the isolators; " + f"{len(states)} sensors: {', '.join(counts)}"
 
 
@@ -99,7 +102,8 @@ def _health(session: Session, standing: Standing) -> Mapping[str, tuple[str, str
         return dict.fromkeys(channels, (UNSEEN, "No earthquake has been recorded yet."))
     last = standing.event.id
     recorded = set(session.scalars(select(Waveform.channel).where(Waveform.event_id == last).distinct()))
-    found = _findings(session, last)
+    quality = _quality(session, last)
+    found = _findings(quality or ())
     alarmed = {
         channel: alert.summary
         for alert in standing.verdict.alerts
@@ -107,19 +111,32 @@ def _health(session: Session, standing: Standing) -> Mapping[str, tuple[str, str
         for channel in channels
         if channel in alert.cause
     }
-    return {one: _state(one, recorded, found.get(one) or alarmed.get(one)) for one in channels}
+    return {
+        one: _state(one, recorded, found.get(one) or alarmed.get(one), is_checked=quality is not None)
+        for one in channels
+    }
 
 
-def _state(channel: str, recorded: set[str], problem: str | None) -> tuple[str, str]:
+def _state(channel: str, recorded: set[str], problem: str | None, *, is_checked: bool) -> tuple[str, str]:
     if recorded and channel not in recorded:
         return SILENT, problem or "It has no record of the last earthquake."
-    return (SUSPECT, problem) if problem else (WORKS, "")
+    if problem:
+        return SUSPECT, problem
+    if is_checked:
+        return WORKS, ""
+    if recorded:
+        return UNCHECKED, "Its record of the last earthquake is not analysed."
+    return UNSEEN, "No record of the last earthquake has arrived yet."
 
 
-def _findings(session: Session, event: int) -> Mapping[str, str]:
-    """First finding of the data quality checks of each channel, except notes."""
+def _quality(session: Session, event: int) -> Sequence[Mapping[str, Any]] | None:
+    """Findings of the data quality checks of an event; None as long as it is not analysed."""
     quality = select(Analysis.quality).join(Event, Event.id == Analysis.event_id)
-    findings = session.scalar(quality.where(Event.id == event, Analysis.current)) or ()
+    return session.scalar(quality.where(Event.id == event, Analysis.current))
+
+
+def _findings(findings: Sequence[Mapping[str, Any]]) -> Mapping[str, str]:
+    """First finding of each channel, except notes."""
     return {
         one["channel"]: one["message"] for one in reversed(findings) if one.get("channel") and one["severity"] != "note"
     }

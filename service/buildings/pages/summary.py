@@ -106,6 +106,8 @@ def _summary(one: Standing, failing: SourceState | None, rejected: Mapping[int, 
 
 def _problems(one: Standing, failing: SourceState | None, rejected: int) -> Iterator[Problem]:
     records = f"/buildings/{one.building.code}/recordings"
+    if one.verdict.unusable:
+        yield Problem(one.verdict.unusable, records if one.event is None else f"/events/{one.event.id}")
     if failing is not None:
         error = f"The monitoring server has been failing: {failing.error or 'no reason was noted'}"
         yield Problem(error, records, failing.failing_since)

@@ -230,11 +230,13 @@ def test_a_motion_that_goes_farther_or_faster_than_the_records_is_out_of_range()
     assert not within.remarks
     somewhat = beyond(by, ToDisplacement(0.06))
     assert not somewhat.is_out_of_range
-    assert "1.2 times as far as in any record (50 mm)" in somewhat.remarks[0]
+    assert "1.2 times as far as in any record that the model was fitted to (50 mm)" in somewhat.remarks[0]
     far = beyond(by, ToDisplacement(0.3))
-    assert far.beyond == ("The isolators would move 300 mm, 6 times as far as in any record (50 mm).",)
+    assert far.beyond == (
+        "The isolators would move 300 mm, 6 times as far as in any record that the model was fitted to (50 mm).",
+    )
     fast = beyond(forecaster(ISOLATOR, velocity=0.01), ToDisplacement(0.06))
-    assert "times as fast as in any record (10 mm/s)" in fast.beyond[0]
+    assert "times as fast as in any record that the model was fitted to (10 mm/s)" in fast.beyond[0]
 
 
 def test_an_effect_that_no_record_made_act_is_named_where_it_would() -> None:

@@ -12,13 +12,15 @@ import stored_histories
 from alert_candidates import softer_isolators, stopped_data
 from api_client import client
 from fastapi.testclient import TestClient
-from sqlalchemy import select
+from sqlalchemy import inspect, select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.auth import Role
 from service.alerts.messages import write_messages
+from service.alerts.pages import LISTED
 from service.alerts.reconciliation import reconcile
+from service.alerts.tables import Alert
 from service.buildings.tables import Building
 from service.records.tables import Event
 
@@ -104,6 +106,22 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
         reading.headers["X-API-Key"] = viewer
         assert "Acknowledge it" not in reading.get("/alerts/2").text
         assert reading.post("/alerts/2/acknowledge", data={"note": "x"}).status_code == 403
+
+
+def test_an_open_alert_is_listed_behind_any_number_of_later_ones(
+    api: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    with sessions.begin() as session:
+        code = session.scalars(select(Building.code)).one()
+        first = session.scalars(select(Alert).where(Alert.closed_at.is_(None)).order_by(Alert.id)).first()
+        assert first is not None
+        columns = {one.key: getattr(first, one.key) for one in inspect(Alert).column_attrs if one.key != "id"}
+        ended = columns | {"state": "resolved", "closed_at": first.began_at + AGE}
+        session.add_all(Alert(**ended) for _ in range(LISTED))
+    page = unescape(api.get(f"/buildings/{code}/alerts").text)
+    assert f'href="/alerts/{first.id}"' in page
+    assert "No alert is open" not in page
+    assert f"Only those among the latest {LISTED} alerts of the building are listed here" in page
 
 
 def test_ending_an_alert_ends_its_parts_and_shows_the_consequences_first(

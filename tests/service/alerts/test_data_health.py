@@ -1,7 +1,7 @@
 """Times at which data count as stopped, to the second."""
 
 from dataclasses import replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 import pytest
 from alert_candidates import DAY, START
@@ -41,6 +41,20 @@ def test_a_source_stops_when_patience_ends(source: Source) -> None:
     assert not list(data_health.stopped_source(source, PATIENCE, START + 2 * DAY + HOUR))
     (found,) = data_health.stopped_source(source, PATIENCE, START + 2 * DAY + HOUR + SECOND)
     assert (found.cause, found.began_at, found.raised_at) == ("source", START + 2 * DAY, START + 2 * DAY + HOUR)
+
+
+@pytest.mark.parametrize(
+    ("answered", "summary"),
+    [
+        (None, "The monitoring server has never answered at its address"),
+        (START + DAY, "The monitoring server has not answered since the building file was changed"),
+    ],
+)
+def test_a_source_that_is_silent_since_a_change_is_said_at_once(answered: datetime | None, summary: str) -> None:
+    """Its address may be wrong; whether it ever answered is said as it is."""
+    silent = replace(FAILING, succeeded_at=answered, described_at=START + 2 * DAY)
+    (found,) = data_health.stopped_source(silent, PATIENCE, START + 2 * DAY + SECOND)
+    assert (found.raised_at, found.summary) == (START + 2 * DAY, summary)
 
 
 def test_a_service_that_was_down_blames_no_source() -> None:

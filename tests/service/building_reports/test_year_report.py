@@ -99,7 +99,7 @@ def test_a_year_says_what_happened_and_who_was_told(stored: Session, of: Buildin
         ("inspect", "295"),
         ("no data", "20.0"),
     ]
-    assert report.earthquakes[1].change == "x −8.0 %, y −8.0 %"
+    assert report.earthquakes[1].change == "x −8.0 ± 2.0 %, y −8.0 ± 2.0 %"
     [alert] = report.alerts
     assert alert.answered.startswith("A. Engineer, 2024")
     assert alert.answered.endswith(": seen; assigned to D. Mender")

@@ -90,6 +90,40 @@ def test_a_silent_and_a_suspect_sensor_are_seen_in_the_section(
     assert "2 levels above the isolators; 4 sensors: 2 working, 1 suspect, 1 silent" in page
 
 
+def test_a_refused_earthquake_is_a_data_problem(database_url: str, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        of = building(session)
+        event = earthquake(session, of, day(1))
+        event.state, event.reason = "refused", "the base slab's record is missing"
+        reading.record_queries.event_with_analysis(session, event.id).Analysis.refusal = event.reason
+        code = of.code
+    with client(database_url) as asking:
+        pages = [unescape(asking.get(path).text) for path in ("/", f"/buildings/{code}")]
+    for page in pages:
+        assert "the base slab's record is missing" in page
+        assert "No data problems found" not in page
+
+
+def test_no_sensor_is_called_working_before_its_record_is_analysed(
+    database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    with sessions.begin() as session:
+        of = building(session)
+        times = {"start": day(2), "end": day(2) + SOON, "created_at": day(2), "updated_at": day(2)}
+        event = Event(building_id=of.id, state="gathering", **times)
+        session.add(event)
+        code = of.code
+    with client(database_url) as asking:
+        page = unescape(asking.get(f"/buildings/{code}").text)
+        assert f"XX.{code}.01.HNX, acceleration x: no record yet. No record of the last earthquake has arrived" in page
+    with sessions.begin() as session:
+        piece = {"start": day(2), "rate": 1.0, "count": 0, "gain": 1.0, "samples": b""}
+        session.add(Waveform(event_id=session.merge(event).id, channel=f"XX.{code}.01.HNX", **piece))
+    with client(database_url) as asking:
+        page = unescape(asking.get(f"/buildings/{code}").text)
+    assert f"XX.{code}.01.HNX, acceleration x: not checked yet. Its record of the last earthquake is not" in page
+
+
 def test_the_years_show_each_earthquake_as_its_own_page_does_and_no_normal_one_beside_an_open_loss(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:

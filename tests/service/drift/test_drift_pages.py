@@ -26,7 +26,8 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         page = unescape(api.get(PAGE).text)
         cell, change = r"<td[^>]*>", r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)"
         assert re.search(f"<tr><td>stiffness, direction x{cell}sudden{cell}{change}<td", page), page
-        assert "Latest event against the expected value (± one standard deviation)" in page
+        assert "Latest event with a value, against the expected value (± one standard deviation)" in page
+        assert re.search(r'<small><a href="/events/\d+">event \d+</a></small>', page)
         assert f"{stored_histories.start(21):%Y-%m-%d}" in page
         assert "before it can raise an alarm" in page
         assert BASE in page

@@ -54,6 +54,13 @@ def test_an_event_is_missed_beyond_what_the_model_was_used_to() -> None:
     assert missed(used_to, seen(2, 0.99 * SPARE * 0.04), seen(3, 1.01 * SPARE * 0.04)) == [False, False, True]
 
 
+def test_an_earlier_event_that_nothing_was_fitted_to_is_none_of_the_latest() -> None:
+    """The model fits everything since: that it fails on old events is said of these, not of the latest."""
+    old = [seen(1, 0.5), seen(2, 0.5)]
+    assert finding(rated([*old, seen(3, 0.01, fitted=True)])) is None
+    assert finding(rated([seen(0, 0.01, fitted=True), *old])) is not None
+
+
 def test_what_is_not_distinguished_from_an_error_of_the_estimate_is_not_missed() -> None:
     perfect = seen(1, 0.0, fitted=True)
     assert missed(perfect, seen(2, 0.99 * LEAST), seen(3, 1.01 * LEAST)) == [False, False, True]

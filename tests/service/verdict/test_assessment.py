@@ -252,6 +252,18 @@ def test_an_inspection_lowers_what_limits_led_to_alone_and_hides_nothing(of: Fac
     assert found.level.rank >= gravest((Level.NORMAL, *(one.level for one in of.alerts))).rank
 
 
+@given(facts)
+@settings(max_examples=300, derandomize=True)
+def test_what_is_undecided_or_missing_is_not_called_fit_for_normal_use(of: Facts) -> None:
+    """The inspection stands beside it, and a limit must really have been exceeded."""
+    found = assess(of)
+    if texts.meaning(found) == texts.INSPECTED_MEANINGS["fit"]:
+        assert found.level is Level.WATCH
+        assert found.of_outcome(Outcome.EXCEEDED)
+    if found.level is Level.NO_DATA and of.inspection is not None and of.inspection.result is Result.FIT:
+        assert not texts.reason(found).startswith("Fit for normal use")
+
+
 @given(st.floats(0, 2), st.floats(0, 1))
 @settings(derandomize=True)
 def test_a_check_is_decided_by_the_value_with_its_uncertainty(value: float, u: float) -> None:

@@ -477,6 +477,21 @@ def test_offsets_add_up_in_each_direction_until_a_new_reference_period(session: 
     assert again.note == "2 earthquakes since 2024-01-03"
 
 
+def test_an_earthquake_before_the_reference_period_is_no_missing_transducer(session: Session, of: Building) -> None:
+    """The remedy of a rest position that is not known is such a period after a survey."""
+    event = earthquake(session, of, day(1))
+    _left(session, event, 0.006, 0.002)
+    period = {"quantity": "residual_displacement", "end": None, "author": "Jo", "reason": "surveyed"}
+    session.add(ReferencePeriod(building_id=of.id, subject=None, start=day(2), created_at=day(3), **period))
+    found = check(session, event, "rest_position")
+    assert found.outcome is Outcome.UNDECIDED
+    assert (
+        found.reason
+        == "The reference period of residual_displacement begins after this earthquake, which does not count."
+    )
+    assert found.remedy == "The next earthquake is the first that counts."
+
+
 def test_an_offset_that_is_not_known_counts_until_an_inspection(session: Session, of: Building) -> None:
     missed, later = (earthquake(session, of, day(number)) for number in (1, 4))
     add_comparison(session, later)
