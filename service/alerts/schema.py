@@ -33,7 +33,7 @@ class AlertRow(Answer):
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
     cause: str = Field(description="Its subject, such as `stiffness` or `source`.")
-    kind: str = Field(description="`deterioration`, `recovery`, `sensor`, `model` or `data`.")
+    kind: str = Field(description="`deterioration`, `limit`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
         description="`pending` (under review), `on_hold` (another alert may explain it), `active`, `acknowledged`, "
         "`resolved` or `withdrawn` (it was never the case)."
