@@ -172,10 +172,9 @@ def _outcome(facts: EventFacts, ended: Sequence[AlertFacts]) -> str:
     if reported := [one for one in facts.alerts if one.is_reported]:
         return reported[0].summary + texts.and_more(len(reported))
     if waiting := [one for one in facts.alerts if one.is_on_hold or one.is_silenced]:
-        template = (
-            texts.MOVED_ON_HOLD_OR_MUTED if facts.resultant is not None else texts.MOVED_AT_LEAST_ON_HOLD_OR_MUTED
-        )
-        template = texts.ON_HOLD_OR_MUTED if length is None else template
+        is_bound = facts.resultant is None
+        moved = texts.MOVED_AT_LEAST_ON_HOLD_OR_MUTED if is_bound else texts.MOVED_ON_HOLD_OR_MUTED
+        template = texts.ON_HOLD_OR_MUTED if length is None else moved
         return template.format(length=length, count=len(waiting), s="s" * (len(waiting) > 1))
     headline = verdict_texts.headline(facts.assessment)
     if ended:
@@ -193,11 +192,9 @@ def _motion(facts: EventFacts) -> Iterator[str]:
     elif facts.largest is None:
         yield texts.RECORDED_NO_DISPLACEMENT.format(**values)
     else:
-        values["length"] = texts.length(facts.largest)
-        if facts.resultant is None:
-            yield texts.RECORDED_IN_ONE_DIRECTION.format(**values, direction=" and ".join(facts.displacements))
-        else:
-            yield texts.RECORDED.format(**values)
+        template = texts.RECORDED_AT_LEAST if facts.resultant is None else texts.RECORDED
+        direction = max(facts.displacements, key=lambda one: facts.displacements[one], default="")
+        yield template.format(**values, length=texts.length(facts.largest), direction=direction)
 
 
 def _alerts(facts: EventFacts) -> Iterator[str]:

@@ -191,9 +191,9 @@ RECORDED_NO_DISPLACEMENT = (
     "An earthquake was recorded at {name} on {when}. How far the isolators moved was not measured."
 )
 RECORDED = "An earthquake was recorded at {name} on {when}. The isolators moved by {length} at most."
-RECORDED_IN_ONE_DIRECTION = (
-    "An earthquake was recorded at {name} on {when}. The isolators moved by at least {length}: only the motion in "
-    "direction {direction} is known."
+RECORDED_AT_LEAST = (
+    "An earthquake was recorded at {name} on {when}. The isolators moved by at least {length}, in direction "
+    "{direction}; how far they moved in plan is not known."
 )
 ALERT_ON_HOLD = (
     "Possibly: {summary}. But a sensor behind this result measures wrongly, which may be the whole explanation. "

@@ -157,9 +157,10 @@ def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
     wide = replace(given, hypothesis=with_unmodelled_motion(design, transient))
     start = best_start(given)  # of both: what only one of them leaves free starts where the other fixes it
     near = [on_some_lines(given, start), on_some_lines(doubt, _annealed(doubt, start))]
-    rough = _choice(near, lines, _evidence(given, near[0]))
+    evidence = _evidence(given, near[0])
+    rough = _choice(near, lines, evidence)
     unmodelled = _unmodelled(rough, replace(wide, lines=rough.lines))
-    if unmodelled is not None and _is_beyond_doubt(unmodelled, rough, given):
+    if unmodelled is not None and _is_beyond_doubt(unmodelled, rough, given, evidence):
         return replace(rough, calibration=on_all_lines(replace(wide, lines=rough.lines), unmodelled))
     calibrations = [on_all_lines(given, near[0]), on_all_lines(doubt, near[1])]
     evidence = _evidence(given, calibrations[0])
@@ -195,12 +196,11 @@ def _unmodelled(rough: Choice, wide: Problem) -> Calibration | None:
     return on_some_lines(wide, best_start(wide))
 
 
-def _is_beyond_doubt(unmodelled: Calibration, rough: Choice, given: Problem) -> bool:
+def _is_beyond_doubt(unmodelled: Calibration, rough: Choice, given: Problem, evidence: Evidence) -> bool:
     """True if calibrations by all lines, and dampings of the modes, would not make the chosen one as evident."""
     few = some_lines(rough.lines)
     by_mode = with_modal_damping(rough.calibration.hypothesis, given.design.layout)
     promise = promised(rough.calibration, replace(given, lines=few, hypothesis=by_mode))
-    evidence = _evidence(given, rough.calibration)
     gained = evidence(unmodelled, rough.lines) - evidence(rough.calibration, rough.lines)
     return gained > BEYOND_DOUBT + 2 * promise * rough.lines.angular.size / few.angular.size
 
