@@ -138,6 +138,9 @@ class Effect:
     """Parameters that what it does is proportional to, all of them together; no state depends on them."""
     held: tuple[str, ...] = ()
     """Parameters that a fit keeps fixed, since other parameters have the same effect."""
+    forms: Mapping[str, tuple[float, ...]] = field(default_factory=FrozenDict)
+    """Parameters that choose the form of the law, with their values in other published forms than the usual one, which
+    the median of the prior chooses. A fit keeps them fixed; a diagnosis tries the other forms."""
     special: Mapping[str, float] = field(default_factory=FrozenDict)
     """Values of parameters at which the law is a simpler one, such as that of another effect."""
     open_ended: tuple[str, ...] = ()
@@ -166,14 +169,17 @@ class Effect:
             self._check_kind(self.kind, needs)
         of_design = {name for value in self.design.values() for name in signature(value).parameters}
         if strange := sorted(
-            {*self.absent, *self.linear, *self.held, *self.special, *self.open_ended, *of_design} - set(named)
+            {*self.absent, *self.linear, *self.held, *self.forms, *self.special, *self.open_ended, *of_design}
+            - set(named)
         ):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}
         if strange := sorted(kept - set(self.states)):
             raise ModelError(f"{self.title}: {strange} are no states of its own; those are {sorted(self.states)}")
         object.__setattr__(self, "needs", needs)
+        object.__setattr__(self, "held", tuple(dict.fromkeys((*self.held, *self.forms))))
         object.__setattr__(self, "absent", FrozenDict(self.absent))
+        object.__setattr__(self, "forms", FrozenDict(self.forms))
         object.__setattr__(self, "special", FrozenDict(self.special))
         object.__setattr__(self, "design", FrozenDict(self.design))
 

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from core.diagnosis.held_lengths import with_best_lengths
+from core.diagnosis.held_values import with_best_held
 from core.diagnosis.joint_effects import Joint, best_pair
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Ranking, ScoredCandidate, are_peers, delta_bic
@@ -104,14 +104,14 @@ def _added(
 ) -> tuple[list[Step], Ranking]:
     """The steps and further ones, until the records support no more; and the last ranking.
 
-    Before another effect is added, the held lengths of those that are there are searched.
+    Before another effect is added, the held parameters of those that are there are searched.
     """
     steps = list(steps)
     while (more := _more(steps, last)) is not None:
         steps.append(more)
         report_step(f"{_named(steps)}; searching for another effect")
         last = rank(more.chosen.fit.model)
-        better = with_best_lengths(last, [one.chosen.effect for one in steps])
+        better = with_best_held(last, [one.chosen.effect for one in steps])
         if better is not None:
             steps[-1] = replace(more, chosen=searched_from(more.ranking, more.chosen, better))
             last = rank(better)

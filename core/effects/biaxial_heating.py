@@ -2,12 +2,12 @@
 
 The other direction's hysteretic variable is a state here, driven by the motion there; with the one in this direction it
 follows the circle of Park, Wen & Ang (1986), as lead does. Without motion in the other direction the core warms by its
-own direction alone.
+own direction alone. For other forms than the exponential one see `heating`.
 """
 
-from math import exp
+from math import exp, log1p
 
-from core.effect import Effect, LogNormal, Parameter
+from core.effect import Effect, LogNormal, Normal, Parameter
 
 D_LEAD = 5e-3
 """m, usual yield displacement of lead in the other direction. Heat comes from travels that are long compared with it: a
@@ -16,11 +16,12 @@ SHORTEST = 2e-3
 """s: a yield faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
 
-def law(v, v_cross, yielded, warming, z_cross, loss, recovery):
+def law(v, v_cross, yielded, warming, z_cross, loss, recovery, form):
+    weaker = log1p(form * max(warming, 0.0)) / form if form > 0.0 else warming
     used = max(v_cross * z_cross, 0.0) + max(v * yielded, 0.0)
     reach = max(D_LEAD, SHORTEST * (abs(v_cross) + used))
     power = yielded * v + z_cross * v_cross
-    return exp(-warming), loss * power - warming / recovery, (v_cross - used * z_cross) / reach
+    return exp(-weaker), loss * power - warming / recovery, (v_cross - used * z_cross) / reach
 
 
 EFFECT = Effect(
@@ -28,11 +29,13 @@ EFFECT = Effect(
     law=law,
     states=("warming", "z_cross"),
     acts_on="strength",
+    forms={"form": (0.5, 1.0, 2.0)},
     parameters=(
         Parameter(
             "loss", "1/m", (0.0, 100.0), LogNormal(0.2, 1.5), "logarithm of the strength lost per metre of travel"
         ),
         Parameter("recovery", "s", (1.0, 1e4), LogNormal(100.0, 1.2), "time constant of cooling"),
+        Parameter("form", "1", (0.0, 5.0), Normal(0.0, 1.0), "form of the fall, as of heating: 0 exponential"),
     ),
     absent={"loss": 0.0},
     family="softening with use",

@@ -2,7 +2,7 @@
 
 from math import tanh
 
-from core.effect import Effect, Normal, Parameter
+from core.effect import Effect, LogNormal, Normal, Parameter
 
 
 def law(time, change, date, width):
@@ -13,11 +13,11 @@ EFFECT = Effect(
     title="Step of the stiffness",
     law=law,
     acts_on="stiffness",
-    held=("width",),  # only wide enough for a derivative with respect to the date
+    forms={"width": (1e4, 1e5, 3e5, 1e6)},  # the usual one is only wide enough for a derivative by the date
     parameters=(
         Parameter("change", "1", (-0.95, 5.0), Normal(-0.1, 0.15), "share of stiffness gained, or lost if negative"),
         Parameter("date", "s", (-1e10, 1e10), Normal(4.0, 4.0), "when, after the model's reference instant"),
-        Parameter("width", "s", (1e-3, 1e6), Normal(0.2, 0.2), "half the time it takes"),
+        Parameter("width", "s", (1e-3, 1e6), LogNormal(0.2, 1.0), "half the time it takes"),
     ),
     absent={"change": 0.0},
     family="softening with use",

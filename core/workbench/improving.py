@@ -13,7 +13,6 @@ from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.ranking import DECISIVE, ranked
 from core.diagnosis.worth import EARNS
-from core.effect import explained
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
@@ -32,6 +31,7 @@ from core.workbench.fitting import deviations, fit_sentences, readable
 from core.workbench.out_of_range import BEYOND
 from core.workbench.progress import Progress, silent, within
 from core.workbench.tables import Deviations, gain, values_table, version_tables
+from core.workbench.texts import action
 
 DIAGNOSED = 0.8
 """Share of the work after all diagnoses; each takes half of the way to it. A choice."""
@@ -138,7 +138,7 @@ def add(
 def _extension_sentences(result: ExtensionResult) -> Iterator[str]:
     about, tried = EFFECTS[result.effect], result.candidate
     bic = f"ΔBIC {plain(tried.delta_bic, 3)}"
-    yield f"{about.title} ({result.effect}): {explained(about, result.model.effects[result.effect])}"
+    yield f"{about.title} ({result.effect}): {action(result.model, result.effect)}"
     if tried.delta_bic < -DECISIVE:
         yield f"The records support it ({bic}, below −{DECISIVE:g})."
     else:
@@ -312,8 +312,7 @@ def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
 def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
     yield from _motion_sentences(result.earthquakes)
     for effect in result.added:
-        about = EFFECTS[effect]
-        yield f"Added: {about.title} ({effect}). {explained(about, result.model.effects[effect])}"
+        yield f"Added: {EFFECTS[effect].title} ({effect}). {action(result.model, effect)}"
     if not result.added:
         yield "No effect was added; the values were fitted."
     yield from result.ending_text

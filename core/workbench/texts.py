@@ -13,7 +13,7 @@ from core.effect import explained
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.rounding import plain
-from core.units import percent
+from core.units import percent, shown, unit
 from core.workbench.candidates import Stage
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, helps
 
@@ -183,11 +183,22 @@ def _is_own(stages: Sequence[Stage], given: Isolator) -> bool:
     return set(stages[-1].step.ranking.base.model.effects) == there
 
 
+def action(model: Isolator, effect: str) -> str:
+    """What an effect of a model does, at the model's values, in words."""
+    about, values = EFFECTS[effect], model.effects[effect]
+    forms = (
+        f"The form of its law is not the usual one: {one.name} = {plain(shown(values[one.name], one.unit), 2)}"
+        f"{f' {unit(one.unit)}'.rstrip()} ({one.meaning})."
+        for one in about.parameters
+        if one.name in about.forms and values[one.name] != one.prior.median
+    )
+    return " ".join((explained(about, values), *forms))
+
+
 def _is_missing(stage: Stage, alike: list[str]) -> str:
     families = {EFFECTS[name].family for name in alike}
     if len(alike) < 2:
-        values = stage.fit.model.effects[stage.effect]
-        return " ".join((f"{titled(stage.effect)} is missing.", explained(EFFECTS[stage.effect], values)))
+        return " ".join((f"{titled(stage.effect)} is missing.", action(stage.fit.model, stage.effect)))
     if len(families) == 1:
         either = " or ".join(map(titled, alike))
         return f"an effect of the family {families.pop()} is missing: {either}; the records cannot distinguish them."

@@ -32,9 +32,10 @@ every force of a kind.
 
 {kinds}
 
-A fit leaves a value marked *fixed* as it is, because other values can have the same influence. States start each
-earthquake at zero. States that are carried on start at zero with the first record, as if the layer were new then, and
-keep their values from one earthquake to the next.
+A fit leaves a value marked *fixed* as it is, because other values can have the same influence, and also the form of a
+law that has *other forms*: a diagnosis tries these where no law in its usual form explains the records. States start
+each earthquake at zero. States that are carried on start at zero with the first record, as if the layer were new then,
+and keep their values from one earthquake to the next.
 
 The pictures show force in MN against displacement in mm, at the usual values. An effect that adds a force is shown by
 itself. For an effect that changes other effects, grey is a yielding layer without it and blue is the layer with it. The
@@ -82,6 +83,8 @@ def _parameter(parameter: Parameter, effect: Effect) -> str:
     spread = parameter.prior.spread
     around = f"×÷ {np.exp(spread):.2g}" if isinstance(parameter.prior, LogNormal) else f"± {spread:.3g}"
     fixed = ", fixed" if parameter.name in effect.held else ""
+    if others := effect.forms.get(parameter.name):
+        fixed = f"; other forms at {', '.join(f'{one:g}' for one in others)}"
     usual = f"{parameter.prior.median:.3g} {around}"
     return (
         f"| `{parameter.name}` | {parameter.unit} | {low:.3g} ... {high:.3g} | {usual} | {parameter.meaning}{fixed} |"

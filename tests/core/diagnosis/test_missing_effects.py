@@ -108,6 +108,25 @@ def test_a_length_that_the_records_do_not_show_stays_as_it_is() -> None:
     assert diagnosis.after.model.effects["recent_softening"]["u_r"] == 4e-3
 
 
+@pytest.mark.parametrize(
+    ("effect", "values", "form"),
+    [
+        ("heating", {"loss": 6.0, "recovery": 30.0, "form": 1.3}, "form"),
+        ("biaxial", {"joined": 0.8, "D_cross": 4e-3, "circle": 1.0}, "circle"),
+        ("displacement_damping", {"c_2": 4e9, "power": 1.0}, "power"),
+    ],
+)
+def test_a_law_in_another_form_is_named_alone_and_its_form_found(
+    effect: str, values: dict[str, float], form: str
+) -> None:
+    """20 %: what the noise leaves open of a form."""
+    truth = Isolator({**BOUC_WEN.effects, effect: values})
+    diagnosis = diagnosed(observations(truth, 0.005, 3), FAR, {*OFFERED, effect})
+    assert [step.chosen.effect for step in diagnosis.steps] == [effect]
+    assert diagnosis.after.model.effects[effect][form] == pytest.approx(values[form], rel=0.2)
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+
+
 def test_one_law_of_another_form_is_not_two_of_a_family() -> None:
     """Friction that grows smoothly with the speed: a damper with relief takes nearly all, another one the rest."""
     seen = tuple(
