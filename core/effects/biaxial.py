@@ -22,12 +22,11 @@ def law(v, v_cross, yielded, z_cross, joined, D_cross, circle):
     used, added = joined * max(v * yielded, 0.0), joined * max(v_cross * z_cross, 0.0)
     plastic = 0.5 * (abs(v_cross) * z_cross + v_cross * abs(z_cross)) + used * z_cross
     rate = v_cross - plastic
-    if circle > 0.0:
-        across = joined * v_cross
-        around = max(v * yielded + across * z_cross, 0.0) / max(hypot(yielded, z_cross), TINY)
-        alone = max(v if yielded >= 0.0 else -v, 0.0)
-        rate += circle * (across - around * z_cross - rate)
-        added += circle * (around - alone - added)
+    across = joined * v_cross
+    around = max(v * yielded + across * z_cross, 0.0) / max(hypot(yielded, z_cross), TINY)
+    alone = max(v if yielded >= 0.0 else -v, 0.0)
+    rate += circle * (across - around * z_cross - rate)
+    added += circle * (around - alone - added)
     return added, rate / max(D_cross, SHORTEST * (abs(v_cross) + used))
 
 
@@ -40,7 +39,7 @@ EFFECT = Effect(
     parameters=(
         Parameter("joined", "1", (0.0, 2.0), LogNormal(0.8, 0.7), "coupling; 0: none, 1: the full interaction"),
         Parameter("D_cross", "m", (1e-3, 0.5), LogNormal(3e-3, 1.0), "yield displacement in the other direction"),
-        Parameter("circle", "1", (0.0, 1.0), Normal(0.0, 0.5), "form: 0 of Park, Wen and Ang, 1 yielding on a circle"),
+        Parameter("circle", "1", (-0.1, 1.1), Normal(0.0, 0.5), "form: 0 of Park, Wen and Ang, 1 yielding on a circle"),
     ),
     absent={"joined": 0.0},
     family="shape of the yield",

@@ -15,9 +15,17 @@ tenth more or less changes the heat's effect by 3e-4."""
 SHORTEST = 2e-3
 """s: a yield faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
+EXPONENTIAL = 1e-6
+"""Below it, the first terms of the series in `form` are exact to rounding."""
+FURTHEST = -0.9
+"""Least `form` times the state: a negative form ends at -1."""
+
 
 def law(v, v_cross, yielded, warming, z_cross, loss, recovery, form):
-    weaker = log1p(form * max(warming, 0.0)) / form if form > 0.0 else warming
+    if abs(form) < EXPONENTIAL:
+        weaker = warming - 0.5 * form * warming * warming
+    else:
+        weaker = log1p(max(form * warming, FURTHEST)) / form
     used = max(v_cross * z_cross, 0.0) + max(v * yielded, 0.0)
     reach = max(D_LEAD, SHORTEST * (abs(v_cross) + used))
     power = yielded * v + z_cross * v_cross
@@ -35,7 +43,7 @@ EFFECT = Effect(
             "loss", "1/m", (0.0, 100.0), LogNormal(0.2, 1.5), "logarithm of the strength lost per metre of travel"
         ),
         Parameter("recovery", "s", (1.0, 1e4), LogNormal(100.0, 1.2), "time constant of cooling"),
-        Parameter("form", "1", (0.0, 5.0), Normal(0.0, 1.0), "form of the fall, as of heating: 0 exponential"),
+        Parameter("form", "1", (-0.2, 5.0), Normal(0.0, 1.0), "form of the fall, as of heating: 0 exponential"),
     ),
     absent={"loss": 0.0},
     family="softening with use",

@@ -11,12 +11,21 @@ from core.effect import Effect, LogNormal, Normal, Parameter
 SHORTEST = 4e-3
 """s: a slip faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
+GAUSSIAN = 1e-6
+"""Below it, the first terms of the series in `form` are exact to rounding."""
+FURTHEST = -0.9
+"""Least `form` times the square of the speed: a negative form ends at -1."""
+
 
 def law(v, z_b, excess, v_s, slip, form):
     speed = abs(v)
     rate = (v - 0.5 * z_b * (speed * abs(z_b) + v * z_b)) / max(slip, SHORTEST * speed)
     faster = (v / v_s) * (v / v_s)
-    return excess * exp(-(log1p(form * faster) / form if form > 0.0 else faster)) * z_b, rate
+    if abs(form) < GAUSSIAN:
+        faded = faster - 0.5 * form * faster * faster
+    else:
+        faded = log1p(max(form * faster, FURTHEST)) / form
+    return excess * exp(-faded) * z_b, rate
 
 
 EFFECT = Effect(
@@ -30,7 +39,7 @@ EFFECT = Effect(
         Parameter("excess", "N", (0.0, 1e9), LogNormal(5e5, 1.5), "excess over the sliding force when sliding begins"),
         Parameter("v_s", "m/s", (1e-4, 0.5), LogNormal(2e-2, 1.0), "speed at which 1/e of it is left"),
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which it builds up"),
-        Parameter("form", "1", (0.0, 5.0), Normal(0.0, 1.0), "form of the fall with the speed: 0 Gaussian, 1 of Hess"),
+        Parameter("form", "1", (-0.2, 5.0), Normal(0.0, 1.0), "form of the fall with the speed: 0 Gaussian, 1 of Hess"),
     ),
     absent={"excess": 0.0},
     family="dry friction",

@@ -9,9 +9,17 @@ from math import exp, log1p
 
 from core.effect import Effect, LogNormal, Normal, Parameter
 
+EXPONENTIAL = 1e-6
+"""Below it, the first terms of the series in `form` are exact to rounding."""
+FURTHEST = -0.9
+"""Least `form` times the state: a negative form ends at -1."""
+
 
 def law(v, yielded, warming, loss, recovery, form):
-    weaker = log1p(form * max(warming, 0.0)) / form if form > 0.0 else warming
+    if abs(form) < EXPONENTIAL:
+        weaker = warming - 0.5 * form * warming * warming
+    else:
+        weaker = log1p(max(form * warming, FURTHEST)) / form
     return exp(-weaker), loss * yielded * v - warming / recovery
 
 
@@ -27,7 +35,7 @@ EFFECT = Effect(
         ),
         Parameter("recovery", "s", (1.0, 1e4), LogNormal(100.0, 1.2), "time constant of cooling"),
         Parameter(
-            "form", "1", (0.0, 5.0), Normal(0.0, 1.0), "form of the fall: 0 exponential, 1 inversely proportional"
+            "form", "1", (-0.2, 5.0), Normal(0.0, 1.0), "form of the fall: 0 exponential, 1 inversely proportional"
         ),
     ),
     absent={"loss": 0.0},

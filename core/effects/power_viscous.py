@@ -5,16 +5,14 @@ In another form it is linear at low speed, as fluids of Eyring (1936) and Carrea
 
 from core.effect import Effect, LogNormal, Normal, Parameter
 
-LINEAR_BELOW = 1e-6
-"""Share of the reference speed below which the force is linear. Not tuned: no damper's force has an infinite slope, and
-no solver could follow it."""
+LINEAR_BELOW = 1e-3
+"""Usual share of the reference speed below which the force is linear. A choice: no damper's force has an infinite
+slope, and no solver could follow it."""
 
 
 def law(v, force, exponent, speed, linear):
     ratio = v / speed
-    if linear > 0.0:
-        return force * ratio * ((ratio * ratio + linear * linear) / (1.0 + linear * linear)) ** (0.5 * exponent - 0.5)
-    return force * ratio * max(abs(ratio), LINEAR_BELOW) ** (exponent - 1.0)
+    return force * ratio * ((ratio * ratio + linear * linear) / (1.0 + linear * linear)) ** (0.5 * exponent - 0.5)
 
 
 EFFECT = Effect(
@@ -27,7 +25,13 @@ EFFECT = Effect(
         Parameter("force", "N", (0.0, 1e11), LogNormal(1e6, 1.5), "force at the reference speed"),
         Parameter("exponent", "1", (0.05, 4.0), LogNormal(0.5, 0.7), "power of the speed"),
         Parameter("speed", "m/s", (1e-3, 10.0), LogNormal(0.1, 1.0), "reference speed"),
-        Parameter("linear", "1", (0.0, 2.0), Normal(0.0, 0.1), "share of that speed below which the force is linear"),
+        Parameter(
+            "linear",
+            "1",
+            (1e-6, 2.0),
+            Normal(LINEAR_BELOW, 0.1),
+            "share of that speed below which the force is linear",
+        ),
     ),
     absent={"force": 0.0},
     family="nonlinear viscosity",
