@@ -66,7 +66,7 @@ def totals(session: Session, buildings: Question, events: Question) -> Sequence[
         buildings: selects the numbers of the buildings that the events belong to.
         events: selects the numbers of the events.
     """
-    shares = _shares(buildings).subquery()
+    shares = _shares(buildings).cte().prefix_with("MATERIALIZED", dialect="postgresql")
     order: Mapping[str, Any] = {"partition_by": shares.c.building_id, "order_by": (shares.c.start, shares.c.id)}
     columns: list[ColumnElement[Any]] = []
     for name in (*DIRECTIONS, TRAVEL):

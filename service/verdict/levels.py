@@ -4,12 +4,14 @@ To sort by level, a page of fifty buildings would have to assess all of them. Th
 counts only. The verdict that people read is assessed as they read it.
 """
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import reduce
 from typing import Any
 
-from sqlalchemy import ColumnElement, Text, case, cast, func, or_, select
+from sqlalchemy import ColumnElement, Text, and_, case, cast, func, or_, select, true
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
@@ -74,6 +76,17 @@ class Extent:
         if self.east - self.west <= 180 or self.first_eastern is None or self.last_western is None:
             return self.west, self.east - self.west
         return self.first_eastern, self.last_western + 360 - self.first_eastern
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """Numbers of buildings by level, and where they are."""
+
+    every: Counter[Level]
+    found: Counter[Level]
+    """Those that were wanted."""
+    extent: Extent | None
+    """Of the wanted ones with coordinates; None if there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,20 +169,38 @@ def store(session: Session, buildings: Collection[int], now: datetime) -> None:
 
 def ranked(session: Session, wanted: Selection, offset: int, limit: int) -> Sequence[int]:
     """Numbers of buildings, the worst level first, then by code."""
-    query = _joined(select(Building.id), wanted).order_by(_rank().desc(), Building.code)
+    query = _joined(select(Building.id)).where(*wanted.conditions()).order_by(_rank().desc(), Building.code)
     return session.scalars(query.offset(offset).limit(limit)).all()
 
 
-def counts(session: Session, wanted: Selection) -> Mapping[int, int]:
-    """Number of buildings by rank."""
-    query = _joined(select(_rank().label("rank"), func.count()), wanted).group_by("rank")
-    return {row[0]: row[1] for row in session.execute(query)}
+def tally(session: Session, wanted: Selection, without: Collection[int]) -> Tally:
+    """How many buildings have each level, and where the wanted ones are, by one statement that reads each row once.
+
+    Args:
+        session: of the database.
+        wanted: buildings that are counted by themselves, too.
+        without: numbers of buildings that are left out.
+    """
+    latitude, longitude = BuildingLevel.latitude, BuildingLevel.longitude
+    edges = (func.min(latitude), func.max(latitude), func.min(longitude), func.max(longitude))
+    western, eastern = func.max(case((longitude < 0, longitude))), func.min(case((longitude >= 0, longitude)))
+    is_wanted = and_(true(), *wanted.conditions()).label("is_wanted")
+    is_placed = and_(latitude.is_not(None), longitude.is_not(None)).label("is_placed")
+    keys = (_rank().label("stored_rank"), is_wanted, is_placed)
+    query = _joined(select(*keys, func.count(), *edges, western, eastern)).where(Building.id.not_in(without))
+    every, found, extents = Counter[Level](), Counter[Level](), []
+    for rank, chosen, has_place, count, *bounds in session.execute(query.group_by(*(one.name for one in keys))):
+        every[of_rank(rank)] += count
+        if chosen:
+            found[of_rank(rank)] += count
+        if chosen and has_place:
+            extents.append(Extent(count, *bounds))
+    return Tally(every, found, reduce(Extent.joined, extents) if extents else None)
 
 
 def ranks_by_code(session: Session) -> Mapping[str, int]:
     """Rank of every building by its code: as stored, or as assessed now where none has been stored yet."""
-    query = select(Building.id, Building.code, BuildingLevel.rank).select_from(Building)
-    lines = session.execute(query.outerjoin(BuildingLevel, BuildingLevel.building_id == Building.id)).all()
+    lines = session.execute(_joined(select(Building.id, Building.code, BuildingLevel.rank))).all()
     new = [number for number, _, rank in lines if rank is None]
     some = select(Building.id).where(Building.id.in_(new[:TOGETHER]))
     assessed = reading.of_buildings(session, some) if new else {}
@@ -178,22 +209,6 @@ def ranks_by_code(session: Session) -> Mapping[str, int]:
         code: rank if rank is not None else assessed[number].level.rank if number in assessed else undecided
         for number, code, rank in lines
     }
-
-
-def stored_ranks(session: Session, buildings: Collection[int]) -> Mapping[int, int]:
-    """Rank by number of the building, as `ranked` sorts by it."""
-    query = _joined(select(Building.id, _rank()), Selection()).where(Building.id.in_(buildings))
-    return {row[0]: row[1] for row in session.execute(query)}
-
-
-def extent(session: Session, wanted: Selection, without: Collection[int]) -> Extent | None:
-    """Where the buildings with coordinates are; None if there is none; `without` are left out."""
-    latitude, longitude = BuildingLevel.latitude, BuildingLevel.longitude
-    columns = (func.min(latitude), func.max(latitude), func.min(longitude), func.max(longitude))
-    western, eastern = func.max(case((longitude < 0, longitude))), func.min(case((longitude >= 0, longitude)))
-    query = _placed(select(func.count(), *columns, western, eastern), wanted, without)
-    count, *edges = session.execute(query).one()
-    return Extent(count, *edges) if count else None
 
 
 def spots(session: Session, wanted: Selection, grid: Grid, without: Collection[int]) -> Sequence[Spot]:
@@ -213,7 +228,8 @@ def spots(session: Session, wanted: Selection, grid: Grid, without: Collection[i
     worst = func.min(cast(Level.ACT.rank - _rank(), Text) + Building.code + " " + Building.name)  # codes have no spaces
     means = (func.avg(latitude), func.avg(east))
     bounds = (func.min(latitude), func.max(latitude), func.min(east), func.max(east))
-    query = _placed(select(column, row, func.count(), worst, *means, *bounds), wanted, without)
+    has_place = (latitude.is_not(None), longitude.is_not(None), Building.id.not_in(without))
+    query = _joined(select(column, row, func.count(), worst, *means, *bounds)).where(*has_place, *wanted.conditions())
     return [_spot(*line) for line in session.execute(query.group_by("cell_column", "cell_row"))]
 
 
@@ -228,14 +244,8 @@ def of_rank(rank: int) -> Level:
     return LEVELS[len(LEVELS) - 1 - rank]
 
 
-def _joined(query: Question, wanted: Selection) -> Question:
-    joined = query.select_from(Building).outerjoin(BuildingLevel, BuildingLevel.building_id == Building.id)
-    return joined.where(*wanted.conditions())
-
-
-def _placed(query: Question, wanted: Selection, without: Collection[int]) -> Question:
-    has_place = (BuildingLevel.latitude.is_not(None), BuildingLevel.longitude.is_not(None))
-    return _joined(query, wanted).where(*has_place, Building.id.not_in(without))
+def _joined(query: Question) -> Question:
+    return query.select_from(Building).outerjoin(BuildingLevel, BuildingLevel.building_id == Building.id)
 
 
 def _within(area: Area) -> Sequence[ColumnElement[bool]]:

@@ -1,6 +1,6 @@
 """The first page: the buildings, the worst level first; and the pages that are about no single building."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -13,7 +13,7 @@ from service.analyses import mode_tracks
 from service.analyses.mode_tracks import TrackedMode
 from service.buildings import queries
 from service.buildings.pages.map import LINES, drawn, read_area
-from service.buildings.pages.summary import Summary, summaries
+from service.buildings.pages.summary import summaries
 from service.buildings.tables import Building
 from service.db.select import Span
 from service.http.parameters import Reading
@@ -52,32 +52,22 @@ def home(
     with sessions() as session:
         chosen = levels.ranked(session, wanted, (number - 1) * LISTED, LISTED)
         lines = summaries(session, select(Building.id).where(Building.id.in_(chosen)))
-        every, found = _counts(session, Selection(), lines), _counts(session, wanted, lines)
+        others, shown = levels.tally(session, wanted, chosen), Counter(one.level for one in lines)
+        every, found = shown + others.every, shown + others.found
         return page(
             request,
             "home",
             buildings=lines,
-            counts=[(one, every.get(one, 0)) for one in LEVELS],
-            total=sum(every.values()),
-            found=sum(found.values()),
+            counts=[(one, every[one]) for one in LEVELS],
+            total=every.total(),
+            found=found.total(),
             wanted=wanted,
             area=area,
             number=number,
             listed=LISTED,
             fewest=FEWEST_SEARCHED,
-            map=drawn(session, wanted, lines),
+            map=drawn(session, wanted, others.extent, lines),
         )
-
-
-def _counts(session: Session, wanted: Selection, lines: Sequence[Summary]) -> Mapping[Level, int]:
-    """Number of buildings by level; those of the page count as they are now."""
-    stored = {levels.of_rank(rank): count for rank, count in levels.counts(session, wanted).items()}
-    ranks = levels.stored_ranks(session, [one.number for one in lines])
-    for line in lines:
-        before = levels.of_rank(ranks[line.number])
-        stored[before] = stored.get(before, 0) - 1
-        stored[line.level] = stored.get(line.level, 0) + 1
-    return stored
 
 
 @router.get("/alerts")

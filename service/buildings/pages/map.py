@@ -77,13 +77,18 @@ def read_area(text: str) -> Area:
     return Area(*(float(part) for part in text.split(",")))
 
 
-def drawn(session: Session, wanted: Selection, lines: Sequence[Summary]) -> Map | None:
-    """The map of the wanted buildings, of which those that the page lists are newer; None for fewer than two.
+def drawn(session: Session, wanted: Selection, extent: Extent | None, lines: Sequence[Summary]) -> Map | None:
+    """The map of the wanted buildings; None for fewer than two.
 
     The database gathers them by cell of the map, so that ten thousand are read as a few hundred.
+
+    Args:
+        session: of the database.
+        wanted: the buildings.
+        extent: of those that the page does not list; None if there is none.
+        lines: those that the page lists, of which newer levels are known than the database has.
     """
     listed, newer = [one.number for one in lines], list(_points(lines))
-    extent = levels.extent(session, wanted, listed)
     if newer:
         extent = _extent(newer) if extent is None else extent.joined(_extent(newer))
     if extent is None or extent.count < 2:
