@@ -14,11 +14,7 @@ from service.reports.terminal import print_table
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-    from service.db.select import Line
-    from service.verdict.assessment import Assessment
-
-    Status = tuple[Line, Assessment]
-    """(Building, its last Event | None, ...) and the verdict on the building."""
+    from service.verdict.reading import Standing
 
 app = typer.Typer()
 
@@ -43,60 +39,59 @@ def status(
             _print_all(found)
     if not found:
         end("No building is monitored: add one with `menshin building add FILE`.", REFUSED)
-    raise typer.Exit(0 if all(verdict.level is Level.NORMAL for _, verdict in found) else 1)
+    raise typer.Exit(0 if all(one.verdict.level is Level.NORMAL for one in found) else 1)
 
 
-def _statuses(session: "Session", code: str | None) -> "list[Status]":
+def _statuses(session: "Session", code: str | None) -> "list[Standing]":
     """Those of one building or of all, the most severe first."""
     from sqlalchemy import select
 
     from service.buildings import store as building_store
     from service.buildings.tables import Building
-    from service.verdict import overview, reading
+    from service.verdict import levels, reading
 
-    wanted = select(Building.id)
-    if code is not None:
-        wanted = wanted.where(Building.id == building_store.find(session, code).id)
-    verdicts = reading.of_buildings(session, wanted)
-    lines = [(line, verdicts[line.Building.id]) for line in overview.last_events(session, wanted)]
-    return sorted(lines, key=lambda one: (-one[1].level.rank, one[0].Building.code))
+    every = select(Building.id).order_by(Building.id)
+    numbers = session.scalars(every).all() if code is None else [building_store.find(session, code).id]
+    some = (numbers[first : first + levels.TOGETHER] for first in range(0, len(numbers), levels.TOGETHER))
+    found = [one for together in some for one in reading.standings(session, together)]
+    return sorted(found, key=lambda one: (-one.verdict.level.rank, one.building.code))
 
 
-def _json(found: "list[Status]") -> str:
+def _json(found: "list[Standing]") -> str:
     from service.verdict.schema import verdict_json
 
     items = [
         {
-            "building": line.Building.code,
-            "name": line.Building.name,
-            "last_earthquake": None if line.Event is None else line.Event.start.isoformat(),
-            "verdict": verdict_json(verdict),
+            "building": one.building.code,
+            "name": one.building.name,
+            "last_earthquake": None if one.event is None else one.event.start.isoformat(),
+            "verdict": verdict_json(one.verdict),
         }
-        for line, verdict in found
+        for one in found
     ]
     return json.dumps({"items": items}, indent=2, ensure_ascii=False)
 
 
-def _print_all(found: "list[Status]") -> None:
+def _print_all(found: "list[Standing]") -> None:
     from service.verdict import texts
     from service.verdict.checks import Outcome
 
     rows = []
-    for line, verdict in found:
+    for one in found:
+        verdict = one.verdict
         passed = f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)}" if verdict.checks else "none"
-        name = f"{line.Building.code}, {line.Building.name}"
-        rows.append((name, texts.headline(verdict), texts.meaning(verdict), _last(line), passed))
+        name = f"{one.building.code}, {one.building.name}"
+        rows.append((name, texts.headline(verdict), texts.meaning(verdict), _last(one), passed))
     print_table(("building", "verdict", "what to do", "last earthquake (UTC)", "checks passed"), rows)
 
 
-def _print_one(status: "Status") -> None:
+def _print_one(one: "Standing") -> None:
     from service.verdict import terminal
 
-    line, verdict = status
     console = Console()
-    console.print(Text(f"{line.Building.code}, {line.Building.name}; last earthquake (UTC): {_last(line)}"))
-    console.print(terminal.checks(verdict))
+    console.print(Text(f"{one.building.code}, {one.building.name}; last earthquake (UTC): {_last(one)}"))
+    console.print(terminal.checks(one.verdict))
 
 
-def _last(line: "Line") -> str:
-    return "none" if line.Event is None else f"{line.Event.start:%Y-%m-%d %H:%M}"
+def _last(one: "Standing") -> str:
+    return "none" if one.event is None else f"{one.event.start:%Y-%m-%d %H:%M}"

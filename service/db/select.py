@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeVar
 
-from sqlalchemy import Row, Select
+from sqlalchemy import BindParameter, Integer, Row, Select, bindparam
 from sqlalchemy.orm import InstrumentedAttribute
 
 from service.records.tables import Event
@@ -44,6 +44,11 @@ class Span:
         if self.after is not None:
             query = query.where(Event.start >= self.after)
         return query if self.before is None else query.where(Event.start < self.before)
+
+
+def numbers(name: str) -> BindParameter[int]:
+    """Numbers of rows that a statement gets when it runs, for `column.in_`; so it is made only once."""
+    return bindparam(name, type_=Integer(), expanding=True)
 
 
 def latest(query: Select[R], number: InstrumentedAttribute[int], before: int | None, limit: int) -> Select[R]:

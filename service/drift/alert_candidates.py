@@ -12,7 +12,6 @@ from math import sqrt
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
 from core.drift.alarms import Alarm
@@ -210,8 +209,7 @@ def _accumulated_beyond(
 
     The sum of a later earthquake exceeds it again only if it had fallen below in between.
     """
-    building = select(literal(building_id))
-    summed = accumulated.totals(session, building, select(Event.id).where(Event.building_id == building_id))
+    summed = accumulated.totals(session, [building_id])
     found: dict[int, tuple[Check, ...]] = {}
     before: set[str] = set()
     for event, _, sums in summed:

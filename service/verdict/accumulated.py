@@ -1,8 +1,9 @@
 """Sums over the earthquakes of a building: the offset that each left, and the path of the isolators."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
 from math import sqrt
 from typing import Any
 
@@ -12,7 +13,7 @@ from sqlalchemy.orm import Session, aliased
 from service.alerts.tables import BuildingInspection
 from service.analyses.tables import Analysis, DirectionResult, ShakingResult
 from service.buildings.tables import Building
-from service.db.select import Line, Question
+from service.db.select import Line, Question, numbers
 from service.drift.tables import ReferencePeriod
 from service.records.tables import Event
 from service.verdict.checks import Lacking, Measured
@@ -58,38 +59,21 @@ Totals = Mapping[str, Total]
 """By direction, of the residual displacements since the reference period began; and of the travel."""
 
 
-def totals(session: Session, buildings: Question, events: Question) -> Sequence[tuple[int, int, Totals]]:
+def totals(
+    session: Session, buildings: Collection[int], events: Collection[int] | None = None
+) -> Sequence[tuple[int, int, Totals]]:
     """(event, building, the sums up to the event and with it) of some events, the earliest first, by one statement.
 
     Args:
         session: to read with.
-        buildings: selects the numbers of the buildings that the events belong to.
-        events: selects the numbers of the events.
+        buildings: numbers of the buildings that the events belong to.
+        events: numbers of the events; None: all of the buildings'.
     """
-    shares = _shares(buildings).cte().prefix_with("MATERIALIZED", dialect="postgresql")
-    order: Mapping[str, Any] = {"partition_by": shares.c.building_id, "order_by": (shares.c.start, shares.c.id)}
-    columns: list[ColumnElement[Any]] = []
-    for name in (*DIRECTIONS, TRAVEL):
-        value, variance = shares.c[name], shares.c[f"{name}_variance"]
-        is_known = value.is_not(None) & variance.is_not(None) & shares.c[f"{name}_counts"]
-        is_lacking = and_(or_(value.is_(None), variance.is_(None)), shares.c[f"{name}_counts"])
-        is_unknown = is_lacking & ~shares.c.is_inspected
-        columns += [
-            func.sum(case((is_known, value), else_=0.0)).over(**order).label(f"{name}_value"),
-            func.sum(case((is_known, variance), else_=0.0)).over(**order).label(f"{name}_variance"),
-            func.sum(case((is_known, 1), else_=0)).over(**order).label(f"{name}_count"),
-            func.min(case((is_known, shares.c.start))).over(**order).label(f"{name}_first"),
-            func.sum(case((is_unknown, 1), else_=0)).over(**order).label(f"{name}_unknown"),
-            func.max(case((is_unknown, shares.c.start))).over(**order).label(f"{name}_last_unknown"),
-            func.sum(case((is_lacking & shares.c.is_inspected, 1), else_=0)).over(**order).label(f"{name}_inspected"),
-            func.sum(case((~shares.c[f"{name}_counts"], 1), else_=0)).over(**order).label(f"{name}_before"),
-        ]
-    sums = select(shares.c.id, shares.c.building_id, shares.c.start, *columns).subquery()
-    wanted = select(sums).where(sums.c.id.in_(events.correlate(None))).order_by(sums.c.start, sums.c.id)
-    return [
-        (line.id, line.building_id, {name: _total(line, name) for name in (*DIRECTIONS, TRAVEL)})
-        for line in session.execute(wanted)
-    ]
+    given: dict[str, Collection[int]] = {"buildings": buildings}
+    if events is not None:
+        given["events"] = events
+    lines = session.execute(_every_sum() if events is None else _sums_of_events(), given)
+    return [(line.id, line.building_id, {name: _total(line, name) for name in (*DIRECTIONS, TRAVEL)}) for line in lines]
 
 
 def rest_position(sums: Totals) -> Measured | Lacking:
@@ -144,7 +128,38 @@ def _total(line: Line, name: str) -> Total:
     return Total(**{part: getattr(line, f"{name}_{part}") for part in parts})
 
 
-def _shares(buildings: Question) -> Question:
+@cache
+def _sums_of_events() -> Question:
+    every = _every_sum()
+    return every.where(every.selected_columns.id.in_(numbers("events")))
+
+
+@cache
+def _every_sum() -> Question:
+    """Every earthquake of the buildings, with its sums, the earliest first."""
+    shares = _shares().cte().prefix_with("MATERIALIZED", dialect="postgresql")  # else each use computes a share again
+    order: Mapping[str, Any] = {"partition_by": shares.c.building_id, "order_by": (shares.c.start, shares.c.id)}
+    columns: list[ColumnElement[Any]] = []
+    for name in (*DIRECTIONS, TRAVEL):
+        value, variance = shares.c[name], shares.c[f"{name}_variance"]
+        is_known = value.is_not(None) & variance.is_not(None) & shares.c[f"{name}_counts"]
+        is_lacking = and_(or_(value.is_(None), variance.is_(None)), shares.c[f"{name}_counts"])
+        is_unknown = is_lacking & ~shares.c.is_inspected
+        columns += [
+            func.sum(case((is_known, value), else_=0.0)).over(**order).label(f"{name}_value"),
+            func.sum(case((is_known, variance), else_=0.0)).over(**order).label(f"{name}_variance"),
+            func.sum(case((is_known, 1), else_=0)).over(**order).label(f"{name}_count"),
+            func.min(case((is_known, shares.c.start))).over(**order).label(f"{name}_first"),
+            func.sum(case((is_unknown, 1), else_=0)).over(**order).label(f"{name}_unknown"),
+            func.max(case((is_unknown, shares.c.start))).over(**order).label(f"{name}_last_unknown"),
+            func.sum(case((is_lacking & shares.c.is_inspected, 1), else_=0)).over(**order).label(f"{name}_inspected"),
+            func.sum(case((~shares.c[f"{name}_counts"], 1), else_=0)).over(**order).label(f"{name}_before"),
+        ]
+    sums = select(shares.c.id, shares.c.building_id, shares.c.start, *columns).subquery()
+    return select(sums).order_by(sums.c.start, sums.c.id)
+
+
+def _shares() -> Question:
     """(id, building_id, start, is_inspected) of every earthquake, and its share in each sum."""
     x, y = (aliased(DirectionResult) for _ in DIRECTIONS)
     since = {name: _since(name) for name in DIRECTIONS}
@@ -169,7 +184,7 @@ def _shares(buildings: Question) -> Question:
         .outerjoin(x, (x.analysis_id == Analysis.id) & (x.direction == DIRECTIONS[0]))
         .outerjoin(y, (y.analysis_id == Analysis.id) & (y.direction == DIRECTIONS[1]))
         .outerjoin(ShakingResult, ShakingResult.analysis_id == Analysis.id)
-        .where(Event.building_id.in_(buildings.correlate(None)))
+        .where(Event.building_id.in_(numbers("buildings")))
     )
 
 

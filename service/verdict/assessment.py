@@ -222,9 +222,10 @@ class Assessment:
 def assess(facts: Facts) -> Assessment:
     """The verdict on an earthquake, or on a building by its last earthquake."""
     checks = () if facts.unusable else tuple(_checks(facts))
+    automatic = gravest(_levels(facts, checks, None))
     return Assessment(
-        level=gravest(_levels(facts, checks, facts.inspection)),
-        automatic=gravest(_levels(facts, checks, None)),
+        level=automatic if facts.inspection is None else gravest(_levels(facts, checks, facts.inspection)),
+        automatic=automatic,
         inspection=facts.inspection,
         checks=checks,
         alerts=tuple(sorted(facts.alerts, key=_order)),

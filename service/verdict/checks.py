@@ -141,8 +141,11 @@ def checked(
         return undecided(name, NOT_A_NUMBER, limits=limits, unit=unit, subject=subject)
     exceeded, unclear = _against(measured, limits)
     outcome = Outcome.EXCEEDED if exceeded else Outcome.UNDECIDED if unclear else Outcome.PASSED
-    lowest = min((limit for _, limit in limits), default=None)
-    deciding = max(exceeded.values()) if exceeded else min(unclear.values()) if unclear else lowest
+    deciding: float | None
+    if exceeded:
+        deciding = max(exceeded.values())
+    else:
+        deciding = min(unclear.values() if unclear else (limit for _, limit in limits), default=None)
     return Check(
         name=name,
         subject=subject,
@@ -189,9 +192,13 @@ def _against(measured: Measured, limits: Limits) -> tuple[dict[Level, float], di
     u, size = measured.uncertainty, abs(measured.value)
     spread = abs(u) if u is not None and isfinite(u) else 0.0
     is_bounded = u is not None and isfinite(u) and not measured.doubt
-    exceeded = {level: limit for level, limit in limits if size - spread >= limit}
-    passed = {level for level, limit in limits if is_bounded and size + spread < limit}
-    return exceeded, {level: limit for level, limit in limits if level not in exceeded and level not in passed}
+    exceeded, unclear = {}, {}
+    for level, limit in limits:
+        if size - spread >= limit:
+            exceeded[level] = limit
+        elif not is_bounded or size + spread >= limit:
+            unclear[level] = limit
+    return exceeded, unclear
 
 
 def _level(measured: Measured, exceeded: Iterable[Level], unclear: Iterable[Level]) -> Level:

@@ -8,7 +8,7 @@ from datetime import datetime
 from itertools import accumulate
 from typing import Any, TypeVar
 
-from sqlalchemy import literal, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert
@@ -94,12 +94,7 @@ def _assessed(
     directions = _by_analysis(session, DirectionResult, of_analyses)
     layers = _by_analysis(session, LayerResult, of_analyses)
     shaken = _by_analysis(session, ShakingResult, of_analyses)
-    summed = {
-        event: sums
-        for event, _, sums in totals(
-            session, select(literal(building.id)), select(Event.id).where(Event.id.in_(numbers))
-        )
-    }
+    summed = {event: sums for event, _, sums in totals(session, [building.id], numbers)}
     largest, stiffness = _Largest(session, building), _stiffness(session, building, numbers)
     file = building_store.described(session, building)
     found = []

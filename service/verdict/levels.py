@@ -151,7 +151,6 @@ def store(session: Session, buildings: Collection[int], now: datetime) -> None:
     """Assess these buildings, by number, and store their levels; the last to write is right."""
     numbers = sorted(buildings)
     for first in range(0, len(numbers), TOGETHER):
-        some = select(Building.id).where(Building.id.in_(numbers[first : first + TOGETHER]))
         rows = [
             {
                 "building_id": one.building.id,
@@ -161,7 +160,7 @@ def store(session: Session, buildings: Collection[int], now: datetime) -> None:
                 "longitude": one.file.longitude,
                 "assessed_at": now,
             }
-            for one in reading.standings(session, some)
+            for one in reading.standings(session, numbers[first : first + TOGETHER])
         ]
         if rows:
             _upsert(session, sorted(rows, key=lambda row: row["building_id"]))  # two at once lock them in one order
@@ -202,8 +201,7 @@ def ranks_by_code(session: Session) -> Mapping[str, int]:
     """Rank of every building by its code: as stored, or as assessed now where none has been stored yet."""
     lines = session.execute(_joined(select(Building.id, Building.code, BuildingLevel.rank))).all()
     new = [number for number, _, rank in lines if rank is None]
-    some = select(Building.id).where(Building.id.in_(new[:TOGETHER]))
-    assessed = reading.of_buildings(session, some) if new else {}
+    assessed = reading.of_buildings(session, new[:TOGETHER]) if new else {}
     undecided = Level.UNDECIDED.rank
     return {
         code: rank if rank is not None else assessed[number].level.rank if number in assessed else undecided

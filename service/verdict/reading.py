@@ -1,10 +1,9 @@
 """The stored facts that an assessment of an earthquake, or of a building, rests on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription, IsolationLayer
@@ -14,7 +13,7 @@ from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
-from service.db.select import Line, Question
+from service.db.select import Line
 from service.drift.tables import DriftValue
 from service.jobs import queue as job_queue
 from service.records import queries as record_queries
@@ -106,23 +105,23 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
 
 def of_building(session: Session, building: Building) -> Assessment:
     """The assessment of a building now: of its last earthquake, what is open, and whether records arrive."""
-    return of_buildings(session, select(literal(building.id)))[building.id]
+    return of_buildings(session, [building.id])[building.id]
 
 
-def of_buildings(session: Session, buildings: Question) -> Mapping[int, Assessment]:
+def of_buildings(session: Session, buildings: Collection[int]) -> Mapping[int, Assessment]:
     """The assessments of several buildings now, by number; the statements are as many as for one building.
 
     Args:
         session: to read with.
-        buildings: selects the numbers of the buildings.
+        buildings: their numbers, at most a few thousand.
     """
     return {one.building.id: one.verdict for one in standings(session, buildings)}
 
 
-def standings(session: Session, buildings: Question) -> Sequence[Standing]:
+def standings(session: Session, buildings: Collection[int]) -> Sequence[Standing]:
     """Several buildings now, in no order, by as many statements as one takes; arguments as those of `of_buildings`."""
     rows = overview.last_events(session, buildings)
-    stored = overview.stored_facts(session, buildings)
+    stored = overview.stored_facts(session, rows)
     return [
         Standing(
             building=row.Building,
@@ -307,7 +306,7 @@ def _change(wanted: int, value: DriftValue | None, note: str) -> Measured | Lack
 
 
 def _totals(session: Session, event: Event) -> Totals | None:
-    own = totals(session, select(literal(event.building_id)), select(literal(event.id)))
+    own = totals(session, [event.building_id], [event.id])
     return next((sums for _, _, sums in own), None)
 
 

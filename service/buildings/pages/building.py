@@ -5,7 +5,6 @@ from typing import Annotated
 from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Request, Response
-from sqlalchemy import literal, select
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
@@ -54,7 +53,7 @@ def shown_building(
     """The page, with the form that was refused, if one was."""
     with sessions() as session:
         building, _ = queries.building(session, code)
-        (standing,) = reading.standings(session, select(literal(building.id)))
+        (standing,) = reading.standings(session, [building.id])
         return page(
             request,
             "building",

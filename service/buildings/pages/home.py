@@ -4,7 +4,6 @@ from collections import Counter
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
@@ -51,7 +50,7 @@ def home(
     wanted = Selection(level=level, text=find.strip(), area=(area and read_area(area)) or None)
     with sessions() as session:
         chosen = levels.ranked(session, wanted, (number - 1) * LISTED, LISTED)
-        lines = summaries(session, select(Building.id).where(Building.id.in_(chosen)))
+        lines = summaries(session, chosen)
         others, shown = levels.tally(session, wanted, chosen), Counter(one.level for one in lines)
         every, found = shown + others.every, shown + others.found
         return page(

@@ -1,6 +1,6 @@
 """A building in short, for people: verdict, last earthquake, whom to call, and the state of its data apart from it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -8,7 +8,6 @@ from sqlalchemy.orm import Session
 
 from service.buildings import queries
 from service.buildings.description import Contact
-from service.db.select import Question
 from service.records import queries as record_queries
 from service.records.tables import SourceState
 from service.verdict import reading, texts
@@ -67,8 +66,8 @@ class Summary:
         return self.contacts[0] if self.contacts and self.level.rank >= Level.UNDECIDED.rank else None
 
 
-def summaries(session: Session, buildings: Question) -> list[Summary]:
-    """Several buildings, the worst level first, then by code; the statements are as many as for one."""
+def summaries(session: Session, buildings: Collection[int]) -> list[Summary]:
+    """The buildings of these numbers, the worst level first, then by code; the statements are as many as for one."""
     made = _summaries(session, reading.standings(session, buildings))
     return sorted(made, key=lambda one: (-one.level.rank, one.code))
 

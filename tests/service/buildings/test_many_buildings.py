@@ -12,7 +12,7 @@ import pytest
 from api_client import client
 from assessed_buildings import STRONG, add_comparison, building, day, earthquake
 from monitored_building import building_file
-from sqlalchemy import Engine, event as sqlalchemy_event, insert, select
+from sqlalchemy import Engine, event as sqlalchemy_event, insert
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import periodic_checks
@@ -100,8 +100,8 @@ def test_the_verdicts_of_several_buildings_are_those_of_each(sessions: sessionma
     with sessions.begin() as session:
         add(session, 0, 3)
     with sessions() as session:
-        together = verdicts.of_buildings(session, select(Building.id).where(Building.code != "B001"))
         each = {one.id: verdicts.of_building(session, one) for one in session.query(Building) if one.code != "B001"}
+        together = verdicts.of_buildings(session, list(each))
     assert together == each
     assert len(each) == 2
 
@@ -214,17 +214,19 @@ def test_ten_thousand_places_are_a_few_hundred_symbols_and_a_click_leads_nearer(
     with sessions.begin() as session:
         placed(session, spots, "B5")
     with counted(sessions) as statements, reading(sessions)() as session:
-        shown = drawn(session, Selection(), ())
+        shown = drawn(session, Selection(), levels.tally(session, Selection(), ()).extent, ())
         taken = statements()
         assert shown is not None
         watched = next(one for one in shown.places if one.level is Level.WATCH)
-        near = levels.ranked(session, Selection(area=read_area(watched.area)), 0, 10_000)
-        nearer = drawn(session, Selection(area=read_area(watched.area)), ())
+        there = Selection(area=read_area(watched.area))
+        near, beside = levels.ranked(session, there, 0, 10_000), levels.tally(session, there, ())
+        nearer = drawn(session, there, beside.extent, ())
     assert taken <= 3, "a beginning, the extent and the cells"
     assert len(shown.places) < 320
     assert sum(one.count for one in shown.places) == 10_000
     assert [(one.code, one.name) for one in shown.places if one.level is Level.WATCH] == [("B5", "tower 5 of the city")]
     assert watched.count <= len(near) < 10_000 / 50
+    assert beside.found.total() == len(near) < beside.every.total() == 10_000
     assert nearer is not None
     assert len(nearer.places) > 20
     assert all(line.name.endswith("° N") for line in shown.parallels)
@@ -240,8 +242,9 @@ def test_a_map_shows_what_the_page_lists_as_it_is_now_and_beside_the_others_of_i
         session.add(Revision(building=strong, number=1, toml=building_file(Path("/")), folder="/", created_at=START))
         earthquake(session, strong, day(4), STRONG)  # after its level was stored
     with reading(sessions)() as session:
-        (line,) = summaries(session, select(Building.id).where(Building.id == strong.id))
-        shown = drawn(session, Selection(), [replace(line, latitude=35.001, longitude=139.0)])
+        (line,) = summaries(session, [strong.id])
+        others = levels.tally(session, Selection(), [strong.id])
+        shown = drawn(session, Selection(), others.extent, [replace(line, latitude=35.001, longitude=139.0)])
     assert shown is not None
     east, west = sorted(shown.places, key=lambda one: -one.x)
     assert (east.count, east.code, east.level) == (1, "B2", Level.NORMAL)
