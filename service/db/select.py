@@ -1,7 +1,7 @@
 """Parts of queries: pages of lists, and periods."""
 
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeVar
@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from sqlalchemy import Boolean, ColumnElement, Dialect, Integer, Row, Select, Text, TypeDecorator, bindparam
 from sqlalchemy.dialects.postgresql import ARRAY
 from sqlalchemy.ext.compiler import compiles
-from sqlalchemy.orm import InstrumentedAttribute
+from sqlalchemy.orm import InstrumentedAttribute, Session
 from sqlalchemy.sql.compiler import SQLCompiler
 from sqlalchemy.sql.functions import FunctionElement
 from sqlalchemy.types import TypeEngine
@@ -51,6 +51,11 @@ class Span:
         if self.after is not None:
             query = query.where(Event.start >= self.after)
         return query if self.before is None else query.where(Event.start < self.before)
+
+
+def lines(session: Session, query: Question) -> Sequence[Line]:
+    """All rows of a query for columns alone, read without the ORM, which takes twice as long for thousands of rows."""
+    return session.connection().execute(query).all()
 
 
 class among(FunctionElement[bool]):  # noqa: N801  used like a function, as those of SQLAlchemy

@@ -6,11 +6,11 @@ indexes alone.
 
 import time
 from collections.abc import Callable, Collection, Mapping
-from typing import Any
+from functools import cache
 
 from prometheus_client import CollectorRegistry, Histogram, generate_latest
 from prometheus_client.registry import Collector
-from sqlalchemy import Select, func, select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -18,6 +18,7 @@ from service.alerts.tables import Alert
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building
 from service.db.process_leases import NOTIFYING, POLLING, WORKING
+from service.db.select import Question, lines
 from service.jobs.tables import Job, Lease
 from service.notify.tables import Delivery, Receiver
 from service.records.streams import flow
@@ -27,6 +28,7 @@ from service.verdict import levels
 
 Counted = Mapping[str, float]
 """A number by label; by the empty label where there is one number."""
+COUNT = func.count().label("count")
 ESCAPED = str.maketrans({"\\": r"\\", "\n": r"\n", '"': r"\""})
 """Characters of a label's value that the format writes otherwise."""
 SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
@@ -72,7 +74,7 @@ def last_good_records(session: Session) -> Counted:
 
 def failing_sources(session: Session) -> Counted:
     """Unix time since which the source has been failing, by code of the building; sources that answer are omitted."""
-    query = select(Building.code, SourceState.failing_since)
+    query = select(Building.code, SourceState.failing_since).where(SourceState.failing_since.is_not(None))
     return _times(session, query.join(SourceState, SourceState.building_id == Building.id))
 
 
@@ -115,15 +117,12 @@ def verdicts(session: Session) -> Counted:
 
 def open_alerts(session: Session) -> Counted:
     """Number of alerts that have not ended, by code of the building."""
-    is_open = (Alert.building_id == Building.id) & Alert.closed_at.is_(None)
-    query = select(Building.code, func.count(Alert.id)).outerjoin(Alert, is_open)
-    return _counted(session, query.group_by(Building.code))
+    return _by_building(session, select(Alert.building_id, COUNT).where(Alert.closed_at.is_(None)))
 
 
 def refused_recordings(session: Session) -> Counted:
     """Number of rejected files, by code of the building."""
-    refused = select(func.count()).where(Recording.building_id == Building.id, REJECTED).scalar_subquery()
-    return _counted(session, select(Building.code, refused))
+    return _by_building(session, select(Recording.building_id, COUNT).where(REJECTED))
 
 
 def analyses_by_outcome(session: Session) -> Counted:
@@ -147,23 +146,23 @@ def oldest_waiting_delivery(session: Session) -> Counted:
 
 def failed_deliveries(session: Session) -> Counted:
     """Number of messages that were given up, by code of the building."""
-    failed = (
-        select(Receiver.building_id, func.count().label("count"))
-        .join(Delivery, Delivery.receiver_id == Receiver.id)
-        .where(Delivery.state == "failed")
-        .group_by(Receiver.building_id)
-        .subquery()
-    )
-    question = select(Building.code, func.coalesce(failed.c.count, 0))
-    return _counted(session, question.outerjoin(failed, failed.c.building_id == Building.id))
+    deliveries = select(Receiver.building_id, COUNT).join(Delivery, Delivery.receiver_id == Receiver.id)
+    return _by_building(session, deliveries.where(Delivery.state == "failed"))
 
 
-def _counted(session: Session, query: Select[*tuple[Any, ...]]) -> Counted:
-    return {label: float(number) for label, number in session.execute(query)}
+def _by_building(session: Session, rows: Question) -> Counted:
+    """Number of rows by code of the building, 0 where there is none; `rows` are (number of the building, COUNT)."""
+    counts = rows.group_by("building_id").subquery()
+    number = func.coalesce(counts.c.count, 0)
+    return _counted(session, select(Building.code, number).outerjoin(counts, counts.c.building_id == Building.id))
 
 
-def _times(session: Session, query: Select[*tuple[Any, ...]]) -> Counted:
-    return {label: time.timestamp() for label, time in session.execute(query) if time is not None}
+def _counted(session: Session, query: Question) -> Counted:
+    return {label: float(number) for label, number in lines(session, query)}
+
+
+def _times(session: Session, query: Question) -> Counted:
+    return {label: time.timestamp() for label, time in lines(session, query) if time is not None}
 
 
 GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
@@ -249,12 +248,12 @@ def exposition(sessions: sessionmaker[Session], durations: Collector | None = No
     writes a line through several objects, which takes a second for the lines of 10,000 buildings.
     """
     parts = []
+    escaped = cache(lambda text: text.translate(ESCAPED))  # several gauges have the codes of the buildings
     with sessions() as session:
         for name, (meaning, label, query) in GAUGES.items():
             parts.append(f"# HELP {name} {meaning}\n# TYPE {name} gauge\n")
-            for one, value in query(session).items():
-                labels = f'{{{label}="{one.translate(ESCAPED)}"}}' if label else ""
-                parts.append(f"{name}{labels} {float(value)!r}\n")
+            before, after = (f'{name}{{{label}="', '"}') if label else (name, "")
+            parts += [f"{before}{escaped(one)}{after} {value!r}\n" for one, value in query(session).items()]
     return "".join(parts).encode() + (b"" if durations is None else generate_latest(durations))
 
 
