@@ -196,7 +196,7 @@ def _against(measured: Measured, limits: Limits) -> tuple[dict[Level, float], di
     for level, limit in limits:
         if size - spread >= limit:
             exceeded[level] = limit
-        elif not is_bounded or size + spread >= limit:
+        elif not (is_bounded and size + spread < limit):  # a limit that is no number is never passed
             unclear[level] = limit
     return exceeded, unclear
 

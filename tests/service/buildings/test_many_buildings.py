@@ -170,6 +170,17 @@ def test_the_first_page_is_in_order_of_the_levels_and_counts_them(
     assert normal.code not in inspected
 
 
+def test_buildings_that_were_never_assessed_count_beside_those_that_are_undecided(
+    sessions: sessionmaker[Session],
+) -> None:
+    with sessions.begin() as session:
+        add(session, 0, 5)
+        first, second, *_ = (one.id for one in session.query(Building))
+        levels.store(session, [first, second], START)
+        found = levels.tally(session, Selection(text="b00"), [first])
+    assert found.every == found.found == {Level.UNDECIDED: 4}
+
+
 def test_the_periodic_checks_store_the_level_and_the_place_of_a_changed_building(
     sessions: sessionmaker[Session],
 ) -> None:
