@@ -1,14 +1,15 @@
 """Description of a building: levels, isolation layer and sensors."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
-from core.arrays import Vector
 from core.errors import ModelError
 from core.record import Channel, Direction
+
+if TYPE_CHECKING:
+    from core.arrays import Vector
 
 Role = Literal["ground", "base", "floor"]
 
@@ -106,23 +107,29 @@ class BuildingDescription:
         return float(self.base.mass or 0.0)
 
     @property
-    def floor_mass(self) -> Vector:
+    def floor_mass(self) -> "Vector":
         """(floors,) kg, from the lowest floor to the roof."""
-        return np.array([level.mass for level in self.floors], dtype=float)
+        return _vector([level.mass for level in self.floors])
 
     @property
-    def mass_uncertainty(self) -> Vector:
+    def mass_uncertainty(self) -> "Vector":
         """(1 + floors,) standard deviations of the masses over the masses, the base slab's first."""
-        return np.array([level.mass_uncertainty for level in self.levels[1:]])
+        return _vector([level.mass_uncertainty for level in self.levels[1:]])
 
     @property
-    def storey_stiffness(self) -> Vector | None:
+    def storey_stiffness(self) -> "Vector | None":
         """(floors,) N/m, design stiffness of the storey below each floor; None unless all are given."""
         stiffness = [level.stiffness for level in self.floors]
-        return None if None in stiffness else np.array(stiffness, dtype=float)
+        return None if None in stiffness else _vector(stiffness)
 
     @property
     def horizontal_directions(self) -> tuple[Direction, ...]:
         """The horizontal directions in which the base slab's acceleration is measured."""
         measured = {c.direction for c in self.channels if c.level == self.base.name and c.quantity == "acceleration"}
         return tuple(direction for direction in ("x", "y") if direction in measured)
+
+
+def _vector(values: Sequence[float | None]) -> "Vector":
+    import numpy as np  # takes long to import, and most commands describe a building without computing
+
+    return np.array(values, dtype=float)

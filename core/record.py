@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
-from core.arrays import Matrix, Vector
 from core.errors import RecordError
+
+if TYPE_CHECKING:  # NumPy takes long to import, and a description of channels has no samples
+    from core.arrays import Matrix, Vector
 
 Direction = Literal["x", "y", "z"]
 Quantity = Literal["acceleration", "velocity", "displacement", "temperature"]
@@ -43,7 +43,7 @@ class Segment:
     """Time of the first sample, aware."""
     rate: float
     """Hz."""
-    samples: Vector
+    samples: "Vector"
     """(n,) SI units."""
 
 
@@ -55,7 +55,7 @@ class Trace:
     """Time of the first sample, aware."""
     rate: float
     """Hz."""
-    samples: Vector
+    samples: "Vector"
     """(n,) SI units; NaN where nothing was recorded."""
 
     @property
@@ -73,7 +73,7 @@ class Record:
     rate: float
     """Hz."""
     channels: tuple[Channel, ...]
-    samples: Matrix
+    samples: "Matrix"
     """(channels, n) SI units; NaN where nothing was recorded."""
 
     def __post_init__(self) -> None:
@@ -85,11 +85,13 @@ class Record:
             raise RecordError(f"the start {self.start} has no time zone; give one, such as UTC")
 
     @property
-    def time(self) -> Vector:
+    def time(self) -> "Vector":
         """(n,) s since the start."""
+        import numpy as np
+
         return np.arange(self.samples.shape[1]) / self.rate
 
-    def find(self, level: str, quantity: Quantity, direction: Direction | None) -> Vector | None:
+    def find(self, level: str, quantity: Quantity, direction: Direction | None) -> "Vector | None":
         """(n,) samples of the first such channel, or None if the record has none."""
         for channel, samples in zip(self.channels, self.samples, strict=True):
             if (channel.level, channel.quantity, channel.direction) == (level, quantity, direction):

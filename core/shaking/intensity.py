@@ -1,4 +1,4 @@
-"""Instrumental seismic intensity and class of long-period motion, as the Japan Meteorological Agency defines them.
+"""Instrumental seismic intensity and velocity of long-period motion, as the Japan Meteorological Agency defines them.
 
 The agency determines both at its own stations on the ground; values from another instrument are unofficial.
 """
@@ -17,8 +17,6 @@ GAL = 1e2
 """gal per m/s²."""
 PERIODS = np.round(np.arange(1.6, 7.81, 0.2), 1)
 """s, of the oscillators that give the class of long-period motion."""
-CLASSES = (0.05, 0.15, 0.50, 1.00)
-"""m/s, absolute velocities from which on a motion is of class 1, 2, 3 and 4."""
 SLOWEST = 19.48
 """s, corner period of the high-pass filter of second order for velocities (JMA, 2017: nominally 20 s)."""
 
@@ -56,11 +54,6 @@ def long_period_velocity(acceleration: Matrix, rate: float) -> float:
     ground = scipy.integrate.cumulative_trapezoid(slow, dx=1 / rate, initial=0.0)
     each = (oscillator_motion(slow, rate, 2 * np.pi / period, DAMPING)[1] for period in PERIODS)
     return max(float(np.linalg.norm(ground + relative, axis=0).max()) for relative in each)
-
-
-def long_period_class(velocity: float) -> int:
-    """0 to 4, by the largest absolute velocity in m/s."""
-    return sum(velocity >= least for least in CLASSES)
 
 
 def without_slow_motion(acceleration: Matrix, rate: float) -> Matrix:

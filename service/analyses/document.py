@@ -8,7 +8,7 @@ from typing import Any
 
 from core.analysis import AnalysisSettings, EventAnalysis
 from core.description import BuildingDescription
-from core.shaking.intensity import long_period_class
+from core.shaking.classes import long_period_class
 from core.shaking.measures import SPECTRUM_PERIODS
 from service.analyses import store
 from service.analyses.schema import (

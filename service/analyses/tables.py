@@ -3,16 +3,15 @@
 from datetime import datetime
 from typing import Any
 
-import numpy as np
 from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.db.base import Base
-from service.db.blobs import encode
 from service.records.tables import Event
 
-DELETED = encode(np.zeros(0, np.float32))
-"""In place of a history that a direction must have, once retention has deleted it."""
+DELETED = b"f"
+"""In place of a history that a direction must have, once retention has deleted it: a history without samples, as
+service.db.blobs encodes it."""
 
 
 class Analysis(Base):

@@ -11,7 +11,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from core.rounding import significant, with_std
-from core.shaking.intensity import long_period_class
+from core.shaking.classes import long_period_class
 from service.alerts.tables import BuildingInspection
 from service.analyses import queries as analysis_queries
 from service.analyses.tables import DELETED, Analysis, DirectionResult, ShakingResult

@@ -1,9 +1,8 @@
 """Keys of a building file, each with its type and meaning."""
 
 from datetime import date, datetime
-from functools import cache
 from typing import Annotated, Literal
-from zoneinfo import available_timezones
+from zoneinfo import ZoneInfo
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
@@ -15,15 +14,18 @@ from service.formats.toml_problems import Table
 from service.formats.units import unit_gain
 from service.language.choice import ENGLISH, Language
 
-
-@cache
-def _timezones() -> frozenset[str]:
-    """The names in the IANA database: listing its files took 95 % of the time in which a building file is read."""
-    return frozenset(available_timezones())
+OTHER_FILES = ("posix/", "right/", "posixrules")
+"""Beginnings of names in a database of time zones that are not the IANA's, as in zoneinfo.available_timezones."""
 
 
 def _timezone(name: str) -> str:
-    if name not in _timezones():
+    """A name of the IANA database; its file is opened, since to list all files takes long."""
+    try:
+        ZoneInfo(name)
+        is_zone = not name.startswith(OTHER_FILES)
+    except (ValueError, LookupError, OSError):  # of a path, of an unknown name, and of a folder
+        is_zone = False
+    if not is_zone:
         raise ValueError(f"{name!r} is no time zone of the IANA database, such as Asia/Tokyo")
     return name
 

@@ -7,9 +7,12 @@ they are, and rows that were stored so stay readable after a key was set.
 
 import os
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
-from cryptography.fernet import Fernet, InvalidToken, MultiFernet
 from sqlalchemy import Dialect, Text, TypeDecorator
+
+if TYPE_CHECKING:  # it takes long to import, and is imported where there is a key
+    from cryptography.fernet import MultiFernet
 
 VARIABLE = "MENSHIN_SECRET_KEY"
 PREFIX = "fernet:"
@@ -22,6 +25,8 @@ class SecretKeyError(Exception):
 
 def new_key() -> str:
     """A new random key."""
+    from cryptography.fernet import Fernet
+
     return Fernet.generate_key().decode()
 
 
@@ -65,6 +70,8 @@ class Encrypted(TypeDecorator[str]):
             raise SecretKeyError(
                 f"The database holds encrypted secrets. Set {VARIABLE} to the key that encrypted them."
             )
+        from cryptography.fernet import InvalidToken
+
         try:
             return keys.decrypt(value.removeprefix(PREFIX)).decode()
         except InvalidToken:
@@ -74,11 +81,15 @@ class Encrypted(TypeDecorator[str]):
 
 
 @lru_cache(maxsize=4)
-def _keys(given: str) -> MultiFernet | None:
+def _keys(given: str) -> "MultiFernet | None":
     """Keys in the variable's value; None if it is empty."""
     names = [name.strip() for name in given.split(",") if name.strip()]
+    if not names:
+        return None
+    from cryptography.fernet import Fernet, MultiFernet
+
     try:
-        return MultiFernet([Fernet(name) for name in names]) if names else None
+        return MultiFernet([Fernet(name) for name in names])
     except ValueError:
         raise SecretKeyError(
             f"{VARIABLE} contains no key. `menshin secret new-key` prints one; separate several by commas."

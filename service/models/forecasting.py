@@ -10,7 +10,8 @@ from core import workbench
 from core.description import BuildingDescription
 from core.forecasting.ground_motion import GroundMotion, Scaling
 from core.forecasting.response import Forecast, Peak
-from core.shaking.intensity import instrumental_intensity, long_period_class, long_period_velocity
+from core.shaking.classes import long_period_class
+from core.shaking.intensity import instrumental_intensity, long_period_velocity
 from core.workbench.earthquakes import Earthquakes
 from core.workbench.forecasting import ForecastResult
 from service.buildings.description import BuildingFile, GivenLimits

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from core.description import IsolationLayer
 from core.rounding import plain
-from core.shaking.intensity import CLASSES
+from core.shaking.classes import CLASSES
 from service.buildings.description import GivenLimits
 from service.verdict.checks import Check, Lacking, Limits, Measured, checked
 

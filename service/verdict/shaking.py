@@ -6,7 +6,7 @@ from math import isfinite, log10
 from typing import TYPE_CHECKING, Any
 
 from core.description import BuildingDescription
-from core.shaking.intensity import long_period_class
+from core.shaking.classes import long_period_class
 from service.analyses.tables import ShakingResult
 from service.verdict.checks import COVERAGE, Check, Lacking, Limits, Measured, checked
 from service.verdict.limits import DRIFT, FLOOR_ACCELERATION, INTENSITY, LONG_PERIOD, level_limit

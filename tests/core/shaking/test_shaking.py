@@ -14,7 +14,8 @@ from core.description import IsolationLayer
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
 from core.record import Channel, Record
-from core.shaking.intensity import instrumental_intensity, long_period_class, long_period_velocity
+from core.shaking.classes import long_period_class
+from core.shaking.intensity import instrumental_intensity, long_period_velocity
 from core.shaking.measures import arias_intensity, shaking, significant_duration
 from core.shaking.oscillators import oscillator_motion, response_spectrum
 

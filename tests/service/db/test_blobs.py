@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from service.analyses.tables import DELETED
 from service.db.blobs import ROUNDING, Series, decode, decode_history, encode, encode_deviation, encode_history
 
 dtypes = st.sampled_from([np.int32, np.float32, np.float64])
@@ -83,3 +84,7 @@ def test_a_history_that_an_earlier_version_stored_is_read() -> None:
     assert np.array_equal(decode_history(encode(force)), force)
     single = force.astype(np.float32)
     assert np.array_equal(decode_history(encode(single)), single)
+
+
+def test_a_deleted_history_has_no_samples() -> None:
+    assert encode(np.zeros(0, np.float32)) == DELETED
