@@ -21,6 +21,8 @@ from service.threads import ONE_THREAD
 
 CANNOT, BUG = 1, 70
 """Exit codes: an error that a user can remedy; a bug (EX_SOFTWARE of sysexits.h)."""
+NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
+"""Keeps Pydantic from searching all installed packages for plugins, unless a user has set it."""
 GARBAGE = (50_000, 20, 20)
 """Thresholds of the searches for garbage: a command imports modules with very many objects, which all stay."""
 HELPS: Mapping[int, str] = {
@@ -45,6 +47,7 @@ class Edge(TyperGroup):
     def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401  as typer has it
         """Run a command; an error ends it with a message and an exit code other than 0."""
         os.environ.update(ONE_THREAD | os.environ)  # before NumPy is loaded; who set another number keeps it
+        os.environ.setdefault(*NO_PLUGINS)
         gc.set_threshold(*GARBAGE)
         atexit.register(gc.freeze)  # the system takes the memory back: no last search through all modules
         try:
