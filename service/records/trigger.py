@@ -7,13 +7,16 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
 
 import numpy as np
-from obspy import Stream, Trace, UTCDateTime
 
 from core.record import Segment
 from service.formats import FormatError, Trace as Recorded
 from service.formats.trace import Span, overlapping
+
+if TYPE_CHECKING:  # it takes long to import, and is imported where records are continuous
+    from obspy import Stream, Trace, UTCDateTime
 
 LOWEST = 0.5
 """Hz, of the high-pass filter before the ratio: an offset or a drift would hide the shaking."""
@@ -84,7 +87,7 @@ def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Win
 
 def _windows(segments: Sequence[Segment], settings: TriggerSettings) -> Sequence[Window]:
     """The earthquakes in records without long gaps."""
-    from obspy.signal.trigger import coincidence_trigger  # imports Matplotlib: only where records are continuous
+    from obspy.signal.trigger import coincidence_trigger
 
     stream = _stream(segments, settings)
     if not stream:
@@ -105,8 +108,10 @@ def _span(segment: Segment) -> Span:
     return segment.start, segment.start + timedelta(seconds=segment.samples.size / segment.rate)
 
 
-def _stream(segments: Sequence[Segment], settings: TriggerSettings) -> Stream:
+def _stream(segments: Sequence[Segment], settings: TriggerSettings) -> "Stream":
     """One trace a channel and rate, of those long enough for the ratio."""
+    from obspy import Stream
+
     of_channels: dict[tuple[str, float], list[Segment]] = defaultdict(list)
     for segment in segments:
         of_channels[segment.channel, segment.rate].append(segment)
@@ -114,25 +119,29 @@ def _stream(segments: Sequence[Segment], settings: TriggerSettings) -> Stream:
     return Stream(trace for trace in bridged if trace.stats.endtime - trace.stats.starttime > settings.long)
 
 
-def _bridged(segments: Sequence[Segment]) -> Trace:
+def _bridged(segments: Sequence[Segment]) -> "Trace":
     """A channel's pieces without their offset, one trace over all gaps.
 
     A gap is filled with the level of the noise: the ratio neither sees an earthquake there nor begins anew behind it.
     """
+    from obspy import Stream
+
     pieces = Stream(_trace(segment) for segment in segments).merge(method=1, interpolation_samples=0).split()
     pieces.detrend("constant").filter("highpass", freq=LOWEST)
     level = MEDIAN_TO_RMS * float(np.median(np.abs(np.concatenate([piece.data for piece in pieces]))))
     return pieces.merge(method=1, fill_value=level)[0]
 
 
-def _trace(segment: Segment) -> Trace:
+def _trace(segment: Segment) -> "Trace":
+    from obspy import Trace, UTCDateTime
+
     codes = zip(("network", "station", "location", "channel"), segment.channel.split("."), strict=True)
     header: dict[str, object] = dict(codes)
     header |= {"starttime": UTCDateTime(segment.start), "sampling_rate": segment.rate}
     return Trace(segment.samples.copy(), header)
 
 
-def _peak(stream: Stream, start: UTCDateTime, end: UTCDateTime) -> float:
+def _peak(stream: "Stream", start: "UTCDateTime", end: "UTCDateTime") -> float:
     pieces = stream.slice(start, end)
     return max((float(np.abs(trace.data).max()) for trace in pieces if trace.stats.npts), default=0.0)
 
@@ -147,6 +156,6 @@ def _joined(windows: Sequence[Window]) -> tuple[Window, ...]:
     return tuple(joined)
 
 
-def _aware(time: UTCDateTime) -> datetime:
+def _aware(time: "UTCDateTime") -> datetime:
     moment: datetime = time.datetime
     return moment.replace(tzinfo=UTC)
