@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 from random import Random
 from threading import Event as Signal
 from time import monotonic
-from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
@@ -19,9 +19,8 @@ from service.db.problems import Attempts
 from service.db.sessions import reading
 from service.language.choice import speaking
 from service.notify import claims, texts
-from service.notify.channels import DeliveryResult, alertmanager, chat, mail, webhook
+from service.notify.channels import DeliveryResult
 from service.notify.claims import Claim, RetryPolicy
-from service.notify.housekeeping import Housekeeping
 from service.notify.rendering import (
     Destination,
     MissingVariableError,
@@ -33,19 +32,25 @@ from service.notify.rendering import (
 from service.notify.tables import Delivery
 from service.settings import Settings
 
+if TYPE_CHECKING:
+    from service.notify.housekeeping import Housekeeping
+
 log = logging.getLogger(__name__)
 
 Send = Callable[[RenderedMessage, Destination, Settings, datetime], DeliveryResult]
-SENDERS: Mapping[str, Send] = MappingProxyType(
-    {"email": mail.send, "webhook": webhook.send, "alertmanager": alertmanager.send, "apprise": chat.send}
-)
-"""By kind of recipient."""
 IDLE = 0.5
 """s between two looks at the outbox."""
 AT_ONCE = 8
 """Concurrent deliveries, so that a slow recipient does not delay others."""
 SPARE = timedelta(seconds=60)
 """Time by which a lease outlasts the longest attempt: for the picture, and for a busy machine."""
+
+
+def senders() -> Mapping[str, Send]:
+    """By kind of recipient."""
+    from service.notify.channels import alertmanager, chat, mail, webhook  # slow to import, and often nothing is due
+
+    return {"email": mail.send, "webhook": webhook.send, "alertmanager": alertmanager.send, "apprise": chat.send}
 
 
 @dataclass(slots=True)
@@ -67,6 +72,9 @@ class Notifier:
 
     def run(self, stop: Signal) -> None:
         """Deliver until `stop` is set; attempts under way are completed."""
+        from service.notify.housekeeping import Housekeeping  # imports channels
+
+        senders()  # imported now, so that no message waits for them
         attempts, housekeeping = Attempts(log), Housekeeping(self.sessions, self.settings, self.clock)
         with ThreadPoolExecutor(AT_ONCE + 1, thread_name_prefix="delivery") as pool:
             under_way: set[Future[None]] = set()
@@ -96,7 +104,7 @@ class Notifier:
             going.add(pool.submit(self._deliver, claim))
         return going
 
-    def _step(self, housekeeping: Housekeeping) -> None:
+    def _step(self, housekeeping: "Housekeeping") -> None:
         try:
             housekeeping.step()
         except OperationalError:  # logged where the outbox is read
@@ -168,7 +176,7 @@ class Notifier:
             log.exception("delivery %d could not be rendered", claim.delivery_id)
             return DeliveryResult("not_taken", texts.NOT_RENDERED)
         try:
-            return SENDERS[to.kind](message, to, self.settings, self.clock())
+            return senders()[to.kind](message, to, self.settings, self.clock())
         except Exception:  # as above
             log.exception("delivery %d could not be sent", claim.delivery_id)
             return DeliveryResult("unknown", texts.INTERNAL_ERROR)

@@ -9,7 +9,6 @@ from typing import Any
 from unicodedata import east_asian_width
 from zoneinfo import ZoneInfo
 
-import numpy as np
 from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
@@ -18,7 +17,6 @@ from service.alerts.tables import Alert
 from service.analyses import queries as analysis_queries
 from service.buildings import store as building_store
 from service.buildings.recipient_rules import VARIABLE
-from service.db.blobs import decode_history
 from service.errors import NotFoundError
 from service.language.translation import said
 from service.notify import texts
@@ -285,7 +283,10 @@ def _picture(session: Session, message: Message) -> bytes | None:
     """
     if not message.picture_event_id or not message.picture_direction:
         return None
-    from service.reports import charts, still  # slow to import, and few messages need them
+    import numpy as np  # slow to import, as the others, and few messages need them
+
+    from service.db.blobs import decode_history
+    from service.reports import charts, still
 
     try:
         result = analysis_queries.restoring_force(session, message.picture_event_id, message.picture_direction, None)
