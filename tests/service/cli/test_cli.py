@@ -17,12 +17,12 @@ from service.cli import app
 WRITER = Path(__file__).resolve().parents[3] / "docs" / "tools" / "write_cli.py"
 HEAVY = ("obspy", "numba", "scipy", "altair", "sqlalchemy", "fastapi", "numpy")
 UNUSED = {
-    "effects": ("obspy", "numba", "scipy", "altair", "fastapi"),
+    "effects": ("obspy", "numba", "scipy", "altair", "fastapi", "sqlalchemy", "numpy"),
     "model new --building building.toml --output model.toml": ("obspy", "numba", "scipy", "altair", "fastapi"),
-    "status": ("obspy", "numba", "scipy.linalg", "scipy.signal", "altair", "fastapi", "babel"),
-    "building list": ("obspy", "numba", "scipy", "altair", "fastapi"),
-    "notify --once": ("obspy", "numba", "scipy", "altair", "fastapi"),
-    "poll --once": ("numba", "scipy.signal", "altair", "fastapi"),
+    "status": ("obspy", "numba", "scipy", "altair", "fastapi", "babel", "numpy", "cryptography"),
+    "building list": ("obspy", "numba", "scipy", "altair", "fastapi", "numpy", "cryptography"),
+    "notify --once": ("obspy", "numba", "scipy", "altair", "fastapi", "numpy", "httpx", "jinja2", "cryptography"),
+    "poll --once": ("obspy", "numba", "scipy", "altair", "fastapi", "cryptography"),
     "work --once": ("obspy", "scipy.signal", "scipy.stats", "altair", "fastapi"),
 }
 """Modules that take long to import, by commands that have no use for them."""
