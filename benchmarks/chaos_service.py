@@ -61,8 +61,6 @@ GONE = 20.0
 """s within which the children of a killed process must exit."""
 MARK = "CHAOS_RUN"
 """Environment variable that identifies the processes of a run."""
-COPIED = ("service.app", "forked_children", *forked_children.IMPORTED)
-"""Modules that the process imports beside those that commands share; every process of a run is a copy of it."""
 
 
 class Database(StrEnum):
@@ -301,7 +299,7 @@ def service(kind: Database, postgres: Any) -> Iterator[Run]:  # noqa: ANN401  pi
             _watch(session, archive, program)
             key = keys.create(session, "operator", Role.admin, datetime.now(UTC))
         given = environment(url, **_settings(folder, box, port), **{MARK: mark})
-        copied = Source(given, *COPIED)
+        copied = Source(given)
         stack.callback(copied.end)
         parts = {name: Part(copied, folder, command, given) for name, command in PARTS.items()}
         for part in parts.values():

@@ -2,7 +2,8 @@
 
 To import takes a command half of its processor time or more. One process imports what all commands share, and does
 nothing else; each command is a copy of it (`fork`), with its own arguments, folder, environment and output, and ends as
-any process of Python does. What tests kill, stop and watch is a real process; only its imports are done.
+any process of Python does. So are the children of commands, see `forked_children`. What tests kill, stop and watch is
+a real process; only its imports are done.
 """
 
 import atexit
@@ -20,15 +21,17 @@ from pathlib import Path
 from threading import Lock
 from typing import BinaryIO
 
+import forked_children
 import psutil
 
 HERE = str(Path(__file__).parent)
-PROGRAM = f"import sys; sys.path.append({HERE!r}); from forked_commands import serve; serve(*sys.argv[1:])"
+PROGRAM = f"import sys; sys.path.append({HERE!r}); from forked_commands import serve; serve()"
 SHARED = (
     *("service.cli", "service.roles", "service.serving", "service.kinds", "service.poller", "service.jobs.worker"),
     *("service.jobs.executors", "service.analyses.loading", "service.notify.notifier", "service.records.source_poller"),
+    *("service.app", *forked_children.IMPORTED),
 )
-"""What the commands that tests run this way import when they run."""
+"""What the commands that tests run this way, and their children, import when they run."""
 LARGEST = 1 << 17
 """Bytes of a message."""
 
@@ -70,16 +73,15 @@ class Source:
 
     Args:
         environment: of the process.
-        more: further modules that it imports; with `forked_children`, the children of commands are copies too.
     """
 
-    def __init__(self, environment: Mapping[str, str], *more: str) -> None:
+    def __init__(self, environment: Mapping[str, str]) -> None:
         self._messages, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._lock = Lock()
         self.environment = dict(environment)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-c", PROGRAM, *more], stdin=theirs, stdout=subprocess.DEVNULL, env=environment
+                [sys.executable, "-c", PROGRAM], stdin=theirs, stdout=subprocess.DEVNULL, env=environment
             )
         self.pid = self._process.pid
         atexit.register(self.end)
@@ -114,9 +116,9 @@ def source() -> Source:
     return Source({name: value for name, value in os.environ.items() if not name.startswith("MENSHIN_")})
 
 
-def serve(*more: str) -> None:
+def serve() -> None:
     """Import what commands share, and be copied as often as is asked for on the standard input."""
-    for name in (*SHARED, *more):
+    for name in SHARED:
         import_module(name)
     sys.path.remove(HERE)
     import_module("service.analyses.loading").load()
@@ -153,6 +155,5 @@ def _run(arguments: list[str], folder: str, environment: dict[str, str]) -> None
     os.environ.clear()
     os.environ.update(environment)
     sys.argv[1:] = arguments
-    if (children := sys.modules.get("forked_children")) is not None:
-        children.begin()
+    forked_children.begin()
     import_module("service.cli").app()

@@ -1,8 +1,6 @@
 """Commands take analyses of earlier commands from the user's cache folder, as processes of their own."""
 
-import os
 import subprocess
-import sys
 from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from paper_records import building_file, miniseed, records
+from processes import run
 
 KEPT = "kept by an earlier command"
 
@@ -29,13 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def menshin(folder: Path, *arguments: str, room: str = "1.0") -> subprocess.CompletedProcess[str]:
     own = {"XDG_CACHE_HOME": str(folder / "cache"), "MENSHIN_JOBS__KEPT_ROOM": room}
-    return subprocess.run(
-        [sys.executable, "-c", "from service.cli import app; app()", *arguments],
-        cwd=folder,
-        env={**os.environ, **own},
-        capture_output=True,
-        text=True,
-    )
+    return run(folder, f"sqlite:///{folder / 'unused.sqlite'}", *arguments, **own)
 
 
 def analysed(*files: str) -> Sequence[str]:
