@@ -52,9 +52,12 @@ def test_a_wave_over_the_displacement_is_sketched_by_its_own_formula() -> None:
 
 
 def test_a_short_wave_is_found_between_the_starts_of_the_search() -> None:
-    """Thirty radians at the largest displacement: a start that is a tenth off shows nothing of it there."""
+    """Thirty radians at the largest displacement: a start that is a tenth off shows nothing of it there.
+
+    Its law has the name of the one above, so that it is compiled once for both.
+    """
     with only(EFFECTS):
-        result = sketch(BOUC_WEN, hidden(3e6, 0.0065, seed=5))
+        result = sketch(BOUC_WEN, hidden(3e6, 0.0065, seed=5), name="wave_of_a_test")
         assert result.proposal is not None, result
         assert [one.term.name for one in result.proposal.law.placed] == ["wave over the displacement"]
         assert result.proposal.law.placed[0].s == pytest.approx(0.0065, rel=0.02), "before its fit with the model"

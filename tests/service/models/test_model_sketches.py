@@ -2,11 +2,12 @@
 
 import os
 import pickle
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from html import unescape
 from pathlib import Path
 from shutil import which
+from types import MappingProxyType
 from typing import Any
 
 import accessible
@@ -37,6 +38,8 @@ from service.models.tables import KeptEffect
 KEPT = "/api/v1/kept-effects"
 pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
+WANTED: Mapping[str, object] = MappingProxyType({"hold_out": [3], "name": "our_wall"})
+"""One sketch for most tests; its law is compiled once if it is kept by that name."""
 WITHOUT_YIELDING = {name: dict(values) for name, values in ISOLATOR.effects.items() if name != "bouc_wen"}
 
 
@@ -62,14 +65,14 @@ def test_the_yielding_that_a_model_lacks_is_sketched_by_the_api(
     """The law runs, and no process keeps it."""
     before = dict(EFFECTS)
     address = f"/api/v1/models/{create_model(api, WITHOUT_YIELDING)}/sketches"
-    done = finished_job(api, sessions, address, {"hold_out": [3], "name": "found_here"})["result"]["sketch"]
+    done = finished_job(api, sessions, address, dict(WANTED))["result"]["sketch"]
     law = done["proposal"]
-    assert law["effect"] == "found_here"
+    assert law["effect"] == "our_wall"
     assert law["terms"] == ["plain slip"]
     assert min(law["taken"].values()) > 0.5
-    assert set(law["parameters"]) == set(law["values"]["found_here"])
+    assert set(law["parameters"]) == set(law["values"]["our_wall"])
     names: dict[str, object] = {}
-    exec(compile(law["source"], "found_here.py", "exec"), names)
+    exec(compile(law["source"], "our_wall.py", "exec"), names)
     assert isinstance(names["EFFECT"], Effect)
     assert dict(EFFECTS) == before
     course = done["course"]
@@ -132,7 +135,7 @@ def test_the_pages_lead_from_a_button_to_the_file_of_an_effect(
 def sketch(api: TestClient, sessions: sessionmaker[Session]) -> int:
     """Number of a sketch's job."""
     address = f"/api/v1/models/{create_model(api, WITHOUT_YIELDING)}/sketches"
-    number: int = finished_job(api, sessions, address, {"hold_out": [3]})["id"]
+    number: int = finished_job(api, sessions, address, dict(WANTED))["id"]
     return number
 
 
@@ -255,6 +258,7 @@ def test_a_law_of_a_later_version_is_listed_and_offered_to_no_model(
 
 
 def test_the_pages_keep_show_and_delete_an_effect(api: TestClient, sketch: int) -> None:
+    """By another name than it was sketched with."""
     assert f'formaction="/sketches/{sketch}/keep"' in api.get(f"/sketches/{sketch}").text
     for name, status, reason in (
         ("elastic", 409, "cannot be called 'elastic'"),
@@ -263,17 +267,17 @@ def test_the_pages_keep_show_and_delete_an_effect(api: TestClient, sketch: int) 
         wrong = api.post(f"/sketches/{sketch}/keep", data={"name": name})
         assert (wrong.status_code, reason in unescape(wrong.text)) == (status, True)
         assert f'value="{name}"' in wrong.text
-    sent = api.post(f"/sketches/{sketch}/keep", data={"name": "our_wall"}, follow_redirects=False)
-    assert (sent.status_code, sent.headers["location"]) == (303, "/effects/our_wall")
-    shown = api.get("/effects/our_wall").text
+    sent = api.post(f"/sketches/{sketch}/keep", data={"name": "our_brace"}, follow_redirects=False)
+    assert (sent.status_code, sent.headers["location"]) == (303, "/effects/our_brace")
+    shown = api.get("/effects/our_brace").text
     for part in (f'href="/sketches/{sketch}"', "by loopback", "Delete this effect", "A law sketched from records"):
         assert part in shown
-    assert "<svg" in api.get("/charts/effect.svg", params={"name": "our_wall"}).text
-    assert 'href="/effects/our_wall"' in api.get(f"/sketches/{sketch}").text
-    assert 'href="/effects/our_wall"' in api.get("/effects").text
-    gone = api.post("/effects/our_wall/delete", follow_redirects=False)
+    assert "<svg" in api.get("/charts/effect.svg", params={"name": "our_brace"}).text
+    assert 'href="/effects/our_brace"' in api.get(f"/sketches/{sketch}").text
+    assert 'href="/effects/our_brace"' in api.get("/effects").text
+    gone = api.post("/effects/our_brace/delete", follow_redirects=False)
     assert (gone.status_code, gone.headers["location"]) == (303, "/effects")
-    assert api.get("/effects/our_wall").status_code == 404
+    assert api.get("/effects/our_brace").status_code == 404
 
 
 def test_an_engineer_of_some_buildings_cannot_delete_what_others_may_use(
@@ -299,14 +303,14 @@ def test_an_engineer_of_some_buildings_cannot_delete_what_others_may_use(
 def test_a_sketch_and_the_effect_made_of_it_are_accessible_in_both_languages(
     api: TestClient, database_url: str, sketch: int
 ) -> None:
-    kept(api, sketch, "our_wall")
+    kept(api, sketch, "our_brace")
     english = ("slip", "displacement", "Proposed", "held out", "Kept", "Sketch")
     with api_server(database_url) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         for locale, path, heading in (
             ("en", f"/sketches/{sketch}", "sketch of the force"),
             ("ja", f"/sketches/{sketch}", "欠けている力"),
-            ("ja", "/effects/our_wall", "効果"),
+            ("ja", "/effects/our_brace", "効果"),
         ):
             page = browser.new_context(locale=locale, viewport={"width": 1280, "height": 900}).new_page()
             page.goto(f"{address}{path}", wait_until="networkidle")
