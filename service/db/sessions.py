@@ -7,6 +7,7 @@ import stat
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import sqlalchemy  # create_engine is looked up when it is called: service.tracing replaces it
 from sqlalchemy import URL, Connection, Engine, event, make_url
@@ -36,6 +37,8 @@ KEEPALIVE = {
     "tcp_user_timeout": 1000 * STALLED,
 }
 READING = "reading"
+READERS: WeakKeyDictionary[sessionmaker[Session], sessionmaker[Session]] = WeakKeyDictionary()
+"""The read-only sessions of each maker of sessions that is in use."""
 READ_ONLY = "25006"
 """PostgreSQL's code of a transaction that may not write."""
 
@@ -67,9 +70,15 @@ def sessions(url: str) -> sessionmaker[Session]:
 
 
 def reading(sessions: sessionmaker[Session]) -> sessionmaker[Session]:
-    """Read-only sessions; on SQLite they never wait for a writer."""
-    bound = sessions.kw["bind"]
-    return sessionmaker(bound.execution_options(**{READING: True}), expire_on_commit=False)
+    """Read-only sessions; on SQLite they never wait for a writer.
+
+    They are made once: each `sessionmaker` makes a class, which takes longer than a short query.
+    """
+    made = READERS.get(sessions)
+    if made is None:
+        bound = sessions.kw["bind"].execution_options(**{READING: True})
+        made = READERS[sessions] = sessionmaker(bound, expire_on_commit=False)
+    return made
 
 
 def _as_on_sqlite(context: ExceptionContext) -> DBAPIError | None:

@@ -151,6 +151,11 @@ def of_building(traces: Iterable[Trace], channels: Sequence[Channel]) -> tuple[T
     return kept
 
 
+def _range(numbers: Numbers) -> float:
+    """Largest number less the smallest."""
+    return float(numbers.max()) - float(numbers.min()) if numbers.size else 0.0
+
+
 def _check(trace: Trace, channel: Channel) -> None:
     if trace.quantity != channel.quantity:
         raise FormatError(
@@ -163,6 +168,8 @@ def _check(trace: Trace, channel: Channel) -> None:
             f"{channel.id} has {trace.rate:g} samples a second; {lowest:g} to {highest:g} Hz are accepted for "
             f"{trace.quantity}, so the sampling rate of its records must be wrong"
         )
+    if _range(trace.numbers) * abs(trace.gain) <= LARGEST[trace.quantity]:
+        return  # no sample is further from the median than the largest is from the smallest
     samples = trace.to_si()
     usual = float(np.quantile(np.abs(samples - np.median(samples)), 0.9))
     if usual > LARGEST[trace.quantity]:

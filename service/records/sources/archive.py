@@ -57,11 +57,14 @@ class Archive:
         growing: dict[str, str] = {}
         errors: list[SourceError] = []
         with ExitStack() as stack:
-            pool: ThreadPool | None = None  # where nothing is new, no thread is started
+            pool: ThreadPool | None = None  # where at most one file is new, no thread is started
             for batch in self._wanted(listings):
-                if pool is None:  # its threads never delay the end
-                    pool = stack.enter_context(ThreadPool(self.client.settings.polling.concurrency))
-                outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
+                if len(batch) == 1:
+                    outcomes = [self._outcome(*batch[0], seen, now)]
+                else:
+                    if pool is None:  # its threads never delay the end
+                        pool = stack.enter_context(ThreadPool(self.client.settings.polling.concurrency))
+                    outcomes = pool.map(lambda wanted: self._outcome(*wanted, seen, now), batch)
                 growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
                 errors += [out.error for out in outcomes if out.error is not None]
                 yield Step(
