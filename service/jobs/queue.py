@@ -64,6 +64,14 @@ def enqueue(
     return queued
 
 
+def enqueue_first(session: Session, event: Event, now: datetime) -> None:
+    """Queue the analysis of an event that this transaction has added, for which nobody else can have queued a job."""
+    session.add(
+        Job(kind=ANALYSE, event_id=event.id, arguments={}, state="waiting", claims=0, failures=0, created_at=now)
+    )
+    event.state, event.reason, event.updated_at = "queued", None, now
+
+
 def enqueue_work(
     session: Session, model: ModelVersion, kind: str, arguments: Mapping[str, Any], asked_by: str | None, now: datetime
 ) -> Job:

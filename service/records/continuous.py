@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.formats.trace import Span, Trace, extent
 from service.jobs import queue as job_queue
@@ -34,6 +35,7 @@ def trigger_settings(settings: Settings) -> TriggerSettings:
 def take_in(
     session: Session,
     building: Building,
+    described: BuildingFile,
     recording: Recording,
     traces: Sequence[Trace],
     now: datetime,
@@ -47,6 +49,7 @@ def take_in(
     Args:
         session: of the transaction.
         building: whose recording it is.
+        described: its description.
         recording: a recording that was read.
         traces: of the recording.
         now: aware time.
@@ -62,7 +65,7 @@ def take_in(
     for window in windows(shaking, trigger):
         if window.start <= end and window.end >= start:
             bounded = Window(window.start, min(window.end, window.start + longest))
-            _cut(session, building, bounded, pieces, now, longest)
+            _cut(session, building, described, bounded, pieces, now, longest)
 
 
 def _around(session: Session, recording: Recording, memory: timedelta) -> Sequence[Recording]:
@@ -81,6 +84,7 @@ def _around(session: Session, recording: Recording, memory: timedelta) -> Sequen
 def _cut(
     session: Session,
     building: Building,
+    described: BuildingFile,
     window: Window,
     pieces: Sequence[tuple[Recording, Sequence[Trace]]],
     now: datetime,
@@ -97,7 +101,7 @@ def _cut(
         reached = max(reached, extent(cuts)[1])
     if event is None or event.state != "gathering":
         return
-    if reached >= window.end - timedelta(seconds=1) and events.is_complete(session, event):
+    if reached >= window.end - timedelta(seconds=1) and events.is_complete(event, described):
         job_queue.enqueue(session, event, {}, now)
 
 

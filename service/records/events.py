@@ -2,7 +2,7 @@
 
 import logging
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -12,8 +12,9 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, undefer
 
 from service import logs
-from service.buildings import store as building_store
+from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
+from service.db.base import Base
 from service.db.blobs import decode, encode
 from service.db.process_leases import is_wrong
 from service.formats.trace import Trace, extent, overlapping
@@ -28,6 +29,7 @@ log = logging.getLogger(__name__)
 def take_in(
     session: Session,
     building: Building,
+    described: BuildingFile,
     recording: Recording,
     traces: Sequence[Trace],
     now: datetime,
@@ -39,9 +41,14 @@ def take_in(
     for group in overlapping(traces, lambda trace: trace.span, tolerance):
         start, end = extent(group)
         longest = timedelta(seconds=settings.event.longest) + 2 * tolerance
-        event = at(session, building, start - tolerance, end + tolerance, now, longest)
+        had = _joined(session, building, start - tolerance, end + tolerance, longest)
+        event = had or _begun(session, building, start, end, now)
         add(session, event, recording, group, now)
-        if event.state == "gathering" and is_complete(session, event):
+        if event.state != "gathering" or not is_complete(event, described):
+            continue
+        if had is None:
+            job_queue.enqueue_first(session, event, now)
+        else:
             job_queue.enqueue(session, event, {}, now)
 
 
@@ -81,32 +88,36 @@ def queue_now(session: Session, building: Building, now: datetime) -> None:
 
 def add(session: Session, event: Event, recording: Recording, traces: Sequence[Trace], now: datetime) -> None:
     """Add a recording's traces to an event, without samples that the event already has."""
-    if session.get(EventRecording, (event.id, recording.id)) is None:
-        session.add(EventRecording(event_id=event.id, recording_id=recording.id))
+    link = {"event_id": event.id, "recording_id": recording.id}
+    session.execute(_insert(session, EventRecording).on_conflict_do_nothing(), [link])
     pieces = _pieces(session, event, {trace.channel for trace in traces})
     added = [_add(session, event, trace, pieces[trace.channel]) for trace in traces]
-    session.flush()
     if any(added):
         remember_channels(session, event.building_id, {trace.channel for trace in traces})
-        waveforms = list(session.scalars(select(Waveform).where(Waveform.event_id == event.id)))
-        event.start = min(waveform.start for waveform in waveforms)
-        event.end = max(_end(waveform) for waveform in waveforms)
+        event.start = min(waveform.start for waveform in event.waveforms)
+        event.end = max(_end(waveform) for waveform in event.waveforms)
         event.state, event.reason, event.updated_at = "gathering", None, now
         event.recorded_peak = max((event.recorded_peak, *map(_peak, traces)), key=lambda one: one or 0.0)
 
 
 def remember_channels(session: Session, building_id: int, channels: Iterable[str]) -> None:
-    """Note that the building has recorded these channels."""
+    """Note that the building has recorded these channels; most are noted already, and reading them is cheap."""
+    noted = set(session.scalars(select(RecordedChannel.channel).where(RecordedChannel.building_id == building_id)))
+    rows = [{"building_id": building_id, "channel": channel} for channel in sorted(set(channels) - noted)]
+    if rows:
+        session.execute(_insert(session, RecordedChannel).on_conflict_do_nothing(), rows)
+
+
+def _insert(session: Session, table: type[Base]) -> Any:  # noqa: ANN401  of the database's own kind
+    """An insert that can leave rows alone that are there already."""
     dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    rows = [{"building_id": building_id, "channel": channel} for channel in sorted(channels)]
-    session.execute(dialect.insert(RecordedChannel).values(rows).on_conflict_do_nothing())
+    return dialect.insert(table)
 
 
-def is_complete(session: Session, event: Event) -> bool:
+def is_complete(event: Event, described: BuildingFile) -> bool:
     """True if the event has samples of every channel of the building."""
-    channels = building_store.described(session, session.get_one(Building, event.building_id)).description.channels
-    there = session.scalars(select(Waveform.channel).where(Waveform.event_id == event.id).distinct())
-    return {channel.id for channel in channels} <= set(there)
+    there = {waveform.channel for waveform in event.waveforms}
+    return all(channel.id in there for channel in described.description.channels)
 
 
 def at(
@@ -116,6 +127,11 @@ def at(
 
     An event that would become longer than `longest` stays as it is.
     """
+    return _joined(session, building, start, end, longest) or _begun(session, building, start, end, now)
+
+
+def _joined(session: Session, building: Building, start: datetime, end: datetime, longest: timedelta) -> Event | None:
+    """The existing events between two times, merged as `at` says; None if there are none."""
     ready = list(
         session.scalars(
             select(Event)
@@ -130,16 +146,22 @@ def at(
             joined.append(one)
             start, end = first, last
     if not joined:
-        event = Event(building_id=building.id, start=start, end=end, state="gathering", created_at=now, updated_at=now)
-        session.add(event)
-        session.flush()
-        with logs.about(event=event.id, building=building.code):
-            log.info("event %d of %s: an earthquake begins to arrive", event.id, building.code)
-        return event
+        return None
     into, *others = joined
     for other in others:
         _merge(session, other, into=into)
     return into
+
+
+def _begun(session: Session, building: Building, start: datetime, end: datetime, now: datetime) -> Event:
+    """A new event, without waveforms."""
+    times = {"start": start, "end": end, "created_at": now, "updated_at": now}
+    event = Event(building_id=building.id, state="gathering", waveforms=[], **times)
+    session.add(event)
+    session.flush()
+    with logs.about(event=event.id, building=building.code):
+        log.info("event %d of %s: an earthquake begins to arrive", event.id, building.code)
+    return event
 
 
 def _peak(trace: Trace) -> float | None:
@@ -156,7 +178,10 @@ def _ever_queued(session: Session, event: Event) -> bool:
 
 def _merge(session: Session, event: Event, *, into: Event) -> None:
     """Merge two events after a file has closed the gap between them: they are one earthquake."""
+    session.flush()
     session.execute(update(Waveform).where(Waveform.event_id == event.id).values(event_id=into.id))
+    for one in (event, into):
+        session.expire(one, ["waveforms"])
     for link in session.scalars(select(EventRecording).where(EventRecording.event_id == event.id)):
         if session.get(EventRecording, (into.id, link.recording_id)) is None:
             session.add(EventRecording(event_id=into.id, recording_id=link.recording_id))
@@ -167,9 +192,11 @@ def _merge(session: Session, event: Event, *, into: Event) -> None:
     session.flush()
 
 
-def _pieces(session: Session, event: Event, channels: Iterable[str]) -> defaultdict[str, list[Waveform]]:
-    """The event's pieces of these channels, with their samples, by channel; one query for all."""
+def _pieces(session: Session, event: Event, channels: Collection[str]) -> defaultdict[str, list[Waveform]]:
+    """The event's pieces of these channels, with their samples, by channel; one query for all, if there are any."""
     pieces = defaultdict[str, list[Waveform]](list)
+    if not any(one.channel in channels for one in event.waveforms):
+        return pieces
     of_event = select(Waveform).where(Waveform.event_id == event.id, Waveform.channel.in_(sorted(channels)))
     for one in session.scalars(of_event.options(undefer(Waveform.samples)).order_by(Waveform.id)):
         pieces[one.channel].append(one)
@@ -189,13 +216,13 @@ def _add(session: Session, event: Event, trace: Trace, pieces: list[Waveform]) -
     for had in tuple(pieces):
         new = None if new is None else _unknown_part(new, had)
         if new is not None and new.start == had.start:  # the same piece, longer now: its file was still growing
+            event.waveforms.remove(had)
             session.delete(had)
             session.flush()
             pieces.remove(had)
     if new is None:
         return False
     stored = Waveform(
-        event_id=event.id,
         channel=new.channel,
         start=new.start,
         rate=new.rate,
@@ -203,7 +230,7 @@ def _add(session: Session, event: Event, trace: Trace, pieces: list[Waveform]) -
         gain=new.gain,
         samples=encode(new.numbers),
     )
-    session.add(stored)
+    event.waveforms.append(stored)
     pieces.append(stored)
     return True
 

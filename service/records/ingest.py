@@ -3,12 +3,12 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from types import MappingProxyType
 
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from service import formats, parsing
-from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.locking import locked
 from service.buildings.tables import Building
@@ -18,7 +18,7 @@ from service.parsing import ParserDiedError
 from service.records import continuous, events
 from service.records.file_store import LostFileError
 from service.records.originals import is_there, secured
-from service.records.recordings import data_of, gains, storable, store
+from service.records.recordings import Units, data_of, gains_in, storable, store, units_of
 from service.records.tables import REJECTED, STORED, Recording
 from service.records.trigger import check_gaps
 from service.settings import Settings
@@ -83,31 +83,66 @@ def not_begun(recording: Recording) -> None:
     recording.failures = max(recording.failures - 1, 0)
 
 
-def parse(session: Session, recording: Recording, *, settings: Settings) -> Parsed:
+def parse(
+    session: Session,
+    recording: Recording,
+    *,
+    settings: Settings,
+    units: Units | None = None,
+    at_hand: Mapping[str, bytes] = MappingProxyType({}),
+) -> Parsed:
     """Read the bytes of a recording in another process and within its limits; use a session that blocks no writer.
+
+    Args:
+        session: to read with what is not given.
+        recording: to read.
+        settings: of the parser and the store.
+        units: where the units of its channels are stated.
+        at_hand: bytes that were just stored, by their SHA-256.
 
     Raises:
         ParserDiedError: the process ended or exceeded its limits.
         StoreAwayError, LostFileError: there are no bytes to read, as `originals.read` says.
     """
-    building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
-    data, known = data_of(session, recording, settings), gains(session, building, settings)
+    units = units or units_of(session, session.get_one(Building, recording.building_id))
+    data = at_hand.get(str(recording.sha256))
+    if data is None:
+        data = data_of(session, recording, settings)
+    known = gains_in(session, units, settings)
     try:
-        return Parsed(known, parsing.read(recording.name, data, known, limits))
+        return Parsed(known, parsing.read(recording.name, data, known, parsing.limits(settings)))
     except FormatError as error:
         return Parsed(known, error)
 
 
-def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetime, *, settings: Settings) -> None:
-    """Join the traces of a recording to their events, or reject the recording with a reason."""
+def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetime, *, settings: Settings) -> Units:
+    """Join the traces of a recording to their events, or reject the recording with a reason.
+
+    Returns:
+        Where the units of the building's channels are stated from now on.
+    """
     building = locked(session, recording.building_id)
     session.refresh(recording)
-    if recording.state != "stored":  # another process was quicker
-        return
+    units = units_of(session, building)
+    if recording.state == "stored":  # otherwise another process was quicker
+        _take_in(session, building, units, recording, parsed, now, settings=settings)
+    return units_of(session, building, units.described) if recording.kind == "station" else units
+
+
+def _take_in(
+    session: Session,
+    building: Building,
+    units: Units,
+    recording: Recording,
+    parsed: Parsed,
+    now: datetime,
+    *,
+    settings: Settings,
+) -> None:
     recording.failures = 0
-    if parsed.gains != gains(session, building, settings):  # a station file came meanwhile
+    if parsed.gains != gains_in(session, units, settings):  # a station file came meanwhile
         return
-    described = building_store.described(session, building)
+    described = units.described
     recording.kind, recording.state, recording.reason, recording.version = "unknown", "read", None, VERSION
     try:
         contents, traces = _usable(recording, parsed.contents, described, now, settings)
@@ -123,9 +158,8 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
         _read_again_with_gains(session, building)
     if traces:
         recording.start, recording.end = extent(traces)
-        session.flush()
         join = continuous.take_in if _is_continuous(described) else events.take_in
-        join(session, building, recording, traces, now, settings=settings)
+        join(session, building, described, recording, traces, now, settings=settings)
 
 
 def _usable(

@@ -4,6 +4,7 @@ While sources wait for their turn, one query reads the states of the next ones, 
 polls that brought nothing. Where none waits, each poll reads and stores for itself.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -65,7 +66,7 @@ class PolledTogether:
 
         Args:
             number: of the building, whose source has a state already.
-            columns: values of the state's columns, the same columns in every call.
+            columns: values of the state's columns.
         """
         with self._ending:
             self._ended[number] = monotonic(), columns
@@ -84,9 +85,12 @@ class PolledTogether:
         with self._ending:  # until it is done: a later end of the same source must not be overwritten by an earlier one
             if not self._ended:
                 return
-            rows = [{"number": number, **columns} for number, (_, columns) in sorted(self._ended.items())]
+            rows = defaultdict[tuple[str, ...], list[dict[str, object]]](list)
+            for number, (_, columns) in sorted(self._ended.items()):
+                rows[tuple(columns)].append({"number": number, **columns})
             with self.sessions.begin() as session:
-                session.connection().execute(end(tuple(rows[0])[1:]), rows)
+                for names, alike in rows.items():
+                    session.connection().execute(end(names), alike)
             self._ended.clear()
 
     def _forget_old(self) -> None:

@@ -1,15 +1,18 @@
 """Recordings: files as they came, stored once by SHA-256 before they are read, and read again on demand."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
+from typing import Any
 
 from sqlalchemy import select
+from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import formats, parsing
 from service.addresses import without_credentials
 from service.buildings import store as building_store
+from service.buildings.description import BuildingFile
 from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db.sessions import reading
@@ -95,24 +98,43 @@ def data_of(session: Session, recording: Recording, settings: Settings) -> bytes
 
 def traces_of(session: Session, recording: Recording, settings: Settings) -> tuple[Trace, ...]:
     """The building's traces in a recording that was read before."""
-    building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
-    described = building_store.described(session, building)
-    data, known = data_of(session, recording, settings), gains(session, building, settings)
-    contents = parsing.read(recording.name, data, known, limits)
-    return formats.of_building(contents.traces, described.description.channels)
+    units = units_of(session, session.get_one(Building, recording.building_id))
+    data, known = data_of(session, recording, settings), gains_in(session, units, settings)
+    contents = parsing.read(recording.name, data, known, parsing.limits(settings))
+    return formats.of_building(contents.traces, units.described.description.channels)
 
 
-def gains(session: Session, building: Building, settings: Settings) -> Mapping[str, Gain]:
-    """By channel id: from the building file, otherwise from the latest StationXML."""
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Where the units of a building's channels are stated."""
+
+    described: BuildingFile
+    stations: tuple[str, ...]
+    """SHA-256 of its StationXML files, the latest last."""
+
+
+def units_of(session: Session, building: Building, described: BuildingFile | None = None) -> Units:
+    """Where the units of a building's channels are stated; its description is read if it is not given."""
     stations = (
         select(Recording.sha256)
         .where(Recording.building_id == building.id, Recording.kind == "station", Recording.state == "read")
         .order_by(Recording.id)
     )
+    described = described or building_store.described(session, building)
+    return Units(described, tuple(str(digest) for digest in session.scalars(stations)))
+
+
+def gains(session: Session, building: Building, settings: Settings) -> Mapping[str, Gain]:
+    """By channel id: from the building file, otherwise from the latest StationXML."""
+    return gains_in(session, units_of(session, building), settings)
+
+
+def gains_in(session: Session, units: Units, settings: Settings) -> Mapping[str, Gain]:
+    """As `gains`; the session is used only for station files that this process has not read yet."""
     gains: dict[str, Gain] = {}
-    for digest in session.scalars(stations):
-        gains.update(_station_gains(session, str(digest), settings))
-    return {**gains, **building_store.described(session, building).gains}
+    for digest in units.stations:
+        gains.update(_station_gains(session, digest, settings))
+    return {**gains, **units.described.gains}
 
 
 def _station_gains(session: Session, digest: str, settings: Settings) -> Mapping[str, Gain]:
@@ -150,7 +172,13 @@ class Fetched:
 
 
 def remember(session: Session, building: Building, files: Iterable[Known]) -> None:
-    """Keep the present state of files of the building's source."""
-    for file in files:
-        columns = asdict(file) | {"address": storable(file.address)}
-        session.merge(FetchedFile(building_id=building.id, **columns))
+    """Keep the present state of files of the building's source, with one statement."""
+    states = {one.address: one for one in (replace(file, address=storable(file.address)) for file in files)}
+    if not states:
+        return
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    new = dialect.insert(FetchedFile)
+    keys = ("building_id", "address")
+    kept = {column.key: column for column in new.excluded if column.key not in keys}
+    rows = [{"building_id": building.id, **asdict(one)} for one in states.values()]
+    session.execute(new.on_conflict_do_update(index_elements=keys, set_=kept), rows)

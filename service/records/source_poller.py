@@ -1,7 +1,7 @@
 """Polling of a building's source: new files are stored, then read, and the state of the source is kept."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from time import monotonic, sleep
@@ -31,11 +31,11 @@ from service.records.ingest import (
     take_in,
 )
 from service.records.originals import Secured, secured
-from service.records.polled_together import PolledTogether, end, none_waits
-from service.records.recordings import Fetched, refuse_unseen, remember, store
+from service.records.polled_together import PolledTogether, none_waits
+from service.records.recordings import Fetched, Units, refuse_unseen, remember, store, units_of
 from service.records.sources.opening import opened
 from service.records.sources.retried_requests import Manners, ServerClock
-from service.records.sources.source import Arrival, SourceError, Step
+from service.records.sources.source import Arrival, Cursor, SourceError, Step
 from service.records.tables import Recording, SourceState
 from service.settings import Settings
 
@@ -71,6 +71,15 @@ class Poll:
     def cursor(self) -> dict[str, Any]:
         """Where to continue."""
         return {} if self.state is None else self.state.cursor
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A recording whose reading has begun."""
+
+    recording: Recording
+    units: Units | None
+    """Where the units of its channels are stated; None if that was not read yet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +135,12 @@ class SourcePoller:
         if found.is_to_read_again:
             with self.sessions.begin() as session:
                 read_again_with_this_version(session, building)
+        if self.stopped():
+            return True
         if found.is_to_read_again or found.is_to_read:  # stored by an interrupted poll, or readable by now
-            self._read(building)
+            with self.sessions.begin() as session:
+                first = self._next_begun(session, building)
+            self._read(building, first)
         if described.source is None or self.stopped():
             return True
         if described.source.kind == "seedlink":
@@ -135,11 +148,11 @@ class SourcePoller:
             return True
         poll = Poll(building, described, described.source, found.SourceState, self.clock(), ServerClock(self.clock))
         try:
-            self._follow(poll)
+            cursor = self._follow(poll)
         except (SourceError, StoreAwayError) as error:  # the position stays, so that the files come again
             self._failed(poll, str(error))
             return False
-        self._succeeded(poll)
+        self._succeeded(poll, {} if cursor is None else {"cursor": dict(cursor)})
         return True
 
     def note_attempt(self, code: str, since: datetime) -> None:
@@ -157,7 +170,8 @@ class SourcePoller:
         there = self._secured(arrivals)
         with self.sessions.begin() as session:
             recordings = [self._store(session, building, *one) for one in zip(arrivals, there, strict=True)]
-        self._read(building)
+            first = self._next_begun(session, building)
+        self._read(building, first, there)
         with self.sessions() as session:
             return [session.get_one(Recording, recording.id) for recording in recordings]
 
@@ -169,16 +183,32 @@ class SourcePoller:
         with self.sessions.begin() as session:
             events.queue_ready(session, self.clock(), settings=self.settings)
 
-    def _follow(self, poll: Poll) -> None:
+    def _follow(self, poll: Poll) -> Cursor | None:
+        """Store what the source brings, step by step.
+
+        Returns:
+            The position behind a last step that brought no file, to be stored with the end of the poll; None if the
+            position is stored. Without it, that step would only be repeated.
+        """
         memory, manners = Fetched(self.sessions, poll.building.id), self._manners(poll.was_failing)
         with opened(poll.described, poll.source, self.settings, memory, manners, poll.server.note) as source_of_files:
-            cursor = poll.cursor
-            for step in source_of_files.steps(cursor, self.clock()):
-                if step.arrivals or step.files or dict(step.cursor) != cursor or not poll.is_known:
-                    self._take(poll.building, step)
-                    cursor = dict(step.cursor)
-                if self.stopped() or manners.is_over:
-                    return
+            cursor, quiet = poll.cursor, None
+            try:
+                for step in source_of_files.steps(cursor, self.clock()):
+                    if step.arrivals or step.files:
+                        self._take(poll, step)
+                        cursor, quiet = dict(step.cursor), None
+                    elif dict(step.cursor) != cursor:
+                        if quiet is not None:
+                            self._take(poll, quiet)
+                        cursor, quiet = dict(step.cursor), step
+                    if self.stopped() or manners.is_over:
+                        break
+            except (SourceError, StoreAwayError):
+                if quiet is not None:
+                    self._take(poll, quiet)
+                raise
+        return None if quiet is None else quiet.cursor
 
     def _manners(self, is_failing: bool) -> Manners:
         """Requests to a failing source are not repeated: it is tried again at the next poll."""
@@ -186,16 +216,18 @@ class SourcePoller:
         retries = 0 if is_failing else given.polling.retries
         return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.polling.timeout)
 
-    def _take(self, building: Building, step: Step) -> None:
-        there = self._secured(step.arrivals)
+    def _take(self, poll: Poll, step: Step) -> None:
+        there, building, first = self._secured(step.arrivals), poll.building, None
+        self.together.forget(building.id)
         with self.sessions.begin() as session:
             for one in zip(step.arrivals, there, strict=True):
                 self._store(session, building, *one)
             remember(session, building, step.files)
-            state = source_state(session, building)
-            state.cursor, state.looked_at = dict(step.cursor), self.clock()
+            set_source_state(session, building, {"cursor": dict(step.cursor), "looked_at": self.clock()})
+            if step.arrivals:
+                first = self._next_begun(session, building, units=units_of(session, building, poll.described))
         if step.arrivals:
-            self._read(building)
+            self._read(building, first, there)
 
     def _secured(self, arrivals: Sequence[Arrival]) -> list[Secured | None]:
         """The bytes of the files that were fetched, safe before a transaction begins."""
@@ -208,51 +240,76 @@ class SourcePoller:
             return refuse_unseen(session, building, name, origin, arrival.refusal or "not fetched", now)
         return store(session, building, name, origin, data, now)
 
-    def _read(self, building: Building) -> None:
+    def _next_begun(
+        self, session: Session, building: Building, failed: Collection[int] = (), units: Units | None = None
+    ) -> Begun | None:
+        """The building's next recording, with the attempt at reading it counted; None if no other is to be read.
+
+        An attempt is counted in the transaction that stores the file, or ends the reading of the one before: the file
+        is read as soon as that is committed.
+        """
+        while (recording := next_stored(session, building, failed)) is not None:
+            if recording.id in self.interrupted:
+                not_begun(recording)
+            if begin(session, recording, settings=self.settings):
+                return Begun(recording, units)
+        return None
+
+    def _read(self, building: Building, first: Begun | None, there: Sequence[Secured | None] = ()) -> None:
         """Read the stored files, each in a transaction of its own, so that a failure does not block the others.
 
         Those that are left when the poller is to stop are read by the next poll.
+
+        Args:
+            building: whose files they are.
+            first: the first one; None if there is none.
+            there: files that were just stored, whose bytes need not be read again.
         """
+        at_hand = {one.sha256: one.data for one in there if one is not None}
         failed: list[int] = []
-        while not self.stopped() and (recording := self._next_stored(building, failed)) is not None:
-            with self.sessions.begin() as session:
-                row = session.get_one(Recording, recording.id)
-                if recording.id in self.interrupted:
-                    not_begun(row)
-                if not begin(session, row, settings=self.settings):
-                    continue
-            self.interrupted.discard(recording.id)
+        begun = first
+        while begun is not None:
+            number = begun.recording.id  # which a rollback would hide
+            self.interrupted.discard(number)
+            if self.stopped():
+                self._leave(number)
+                return
             try:
-                self._read_one(recording)
+                begun = self._read_one(building, begun, at_hand, failed)
             except (OperationalError, InterfaceError):  # the database is away
-                self.interrupted.add(recording.id)
+                self.interrupted.add(number)
                 raise
             except StoreAwayError:
-                with self.sessions.begin() as session:
-                    not_begun(session.get_one(Recording, recording.id))
+                self._leave(number)
                 raise
             except Exception as error:  # the only place that survives a bug
                 if isinstance(error, ParserDiedError | LostFileError):
-                    log.warning("recording %d of %s: %s", recording.id, building.code, error)
+                    log.warning("recording %d of %s: %s", number, building.code, error)
                 else:
-                    log.exception("reading recording %d of %s failed", recording.id, building.code)
-                failed.append(recording.id)
+                    log.exception("reading recording %d of %s failed", number, building.code)
+                failed.append(number)
                 with self.sessions.begin() as session:
-                    reading_failed(session.get_one(Recording, recording.id), error, settings=self.settings)
+                    reading_failed(session.get_one(Recording, number), error, settings=self.settings)
+                    begun = self._next_begun(session, building, failed)
 
-    def _read_one(self, recording: Recording) -> None:
-        """Parse the bytes while no writer waits, then take in their contents."""
-        with reading(self.sessions)() as session:
-            parsed = parse(session, session.get_one(Recording, recording.id), settings=self.settings)
+    def _leave(self, number: int) -> None:
+        """Leave a recording that was begun to a later poll."""
         with self.sessions.begin() as session:
-            waiting = session.get_one(Recording, recording.id)
-            take_in(session, waiting, parsed, self.clock(), settings=self.settings)
-            if waiting.state == "refused":
-                log.warning("%s of %s was rejected: %s", waiting.name, waiting.building.code, waiting.reason)
+            not_begun(session.get_one(Recording, number))
 
-    def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
+    def _read_one(
+        self, building: Building, begun: Begun, at_hand: Mapping[str, bytes], failed: Collection[int]
+    ) -> Begun | None:
+        """Parse the bytes while no writer waits, take in their contents, and begin the next recording."""
+        recording, given = begun.recording, self.settings
         with reading(self.sessions)() as session:
-            return next_stored(session, building, passed)
+            parsed = parse(session, recording, settings=given, units=begun.units, at_hand=at_hand)
+        with self.sessions.begin() as session:
+            session.add(recording)
+            units = take_in(session, recording, parsed, self.clock(), settings=given)
+            if recording.state == "refused":
+                log.warning("%s of %s was rejected: %s", recording.name, building.code, recording.reason)
+            return self._next_begun(session, building, failed, units)
 
     def _failed(self, poll: Poll, error: str) -> None:
         now = self.clock()
@@ -261,12 +318,13 @@ class SourcePoller:
         since = poll.state.failing_since if poll.state is not None and poll.was_failing else now
         self._end(poll, failing_since=since, error=error, looked_at=now)
 
-    def _succeeded(self, poll: Poll) -> None:
+    def _succeeded(self, poll: Poll, position: Mapping[str, object]) -> None:
         if poll.was_failing:
             log.warning("the source of %s has recovered", poll.building.code)
         now, ahead = self.clock(), poll.server.ahead
         lead = None if ahead is None else ahead.total_seconds()
-        self._end(poll, failing_since=None, error=None, looked_at=now, succeeded_at=now, clock_ahead=lead)
+        works = {"failing_since": None, "error": None, "succeeded_at": now, "clock_ahead": lead}
+        self._end(poll, looked_at=now, **works, **position)
 
     def _end(self, poll: Poll, **columns: object) -> None:
         """Store how a poll ended, at once if it is news that the source fails, or works."""
@@ -276,10 +334,7 @@ class SourcePoller:
             return
         self.together.forget(poll.building.id)
         with self.sessions.begin() as session:
-            if not poll.is_known:
-                source_state(session, poll.building)
-                session.flush()
-            session.execute(end(tuple(new)), {"number": poll.building.id, **new})
+            set_source_state(session, poll.building, new)
 
 
 def source_state(session: Session, building: Building) -> SourceState:
@@ -290,3 +345,11 @@ def source_state(session: Session, building: Building) -> SourceState:
     dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
     session.execute(dialect.insert(SourceState).values(building_id=building.id, cursor={}).on_conflict_do_nothing())
     return session.get_one(SourceState, building.id)
+
+
+def set_source_state(session: Session, building: Building, columns: Mapping[str, object]) -> None:
+    """Set columns of the state of a building's source, which may be a new one."""
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    new = dialect.insert(SourceState)
+    of_building = {"index_elements": ["building_id"], "set_": {name: new.excluded[name] for name in columns}}
+    session.execute(new.on_conflict_do_update(**of_building), [{"building_id": building.id, "cursor": {}, **columns}])
