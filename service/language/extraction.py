@@ -124,7 +124,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "records": (
         "service/records/file_store.py",
         "service/records/originals.py",
-        "service/formats/*.py",
+        "service/formats/[!_]*.py",
         "service/http/templates/recordings.html",
         "service/parsing/process.py",
         "service/records/ingest.py",
