@@ -3,12 +3,14 @@
 With a corner of 2 the law is that of Constantinou et al. (1990): Wen's (1976) variable times a strength that grows with
 the speed. With a sharp corner it is that of sliding elements with a return mapping (Simo & Hughes 1998): the slider is
 a spring of one stiffness until the strength at its speed bounds the force. In between, the strength is divided: its
-power 2 / corner scales the force, and the rest bounds the variable.
+power 2 / corner scales the force, and the rest bounds the variable. In other forms unloading begins steeper, as with
+Dahl (1968), and the force is higher by a share before it slides, which fades as a Gaussian of the speed (Canudas de Wit
+et al., 1995).
 """
 
 from math import exp
 
-from core.effect import Effect, LogNormal, Parameter
+from core.effect import Effect, LogNormal, Normal, Parameter
 
 ROUND = 2.0
 """Corner of Constantinou et al. (1990)."""
@@ -19,13 +21,18 @@ AT_BOUND = 1e-3
 """1/s: where the variable nears its bound more slowly, rounding must not decide whether that is too fast."""
 
 
-def law(v, step, z_f, sliding, share, a, slip, corner):
+def law(v, step, z_f, sliding, share, a, slip, corner, unloading, sticking):
     speed = abs(v)
     strength = 1.0 - share * exp(-a * speed)
+    strength += 0.0 if sticking == 0.0 else sticking * exp(-(a * speed) * (a * speed))
     scale = strength ** (ROUND / corner)
     bound = strength / scale
     along = z_f if v >= 0.0 else -z_f
-    rate = speed / slip * (1.0 - ((along / bound) ** corner if along > 0.0 else 0.0))
+    if along > 0.0:
+        bend = (along / bound) ** corner
+    else:
+        bend = 0.0 if unloading == 0.0 else -unloading * (-along / bound) ** corner
+    rate = speed / slip * (1.0 - bend)
     shortest = SHORTEST * step
     nearing = (bound - along) / shortest
     is_steep = corner * speed * shortest > slip * bound
@@ -40,6 +47,7 @@ EFFECT = Effect(
     kind="sliding",
     states=("z_f",),
     linear=("sliding",),
+    forms={"unloading": (0.5, 1.0), "sticking": (0.2, 0.6)},
     open_ended=("corner",),
     parameters=(
         Parameter("sliding", "N", (0.0, 1e9), LogNormal(1e6, 1.5), "force while sliding fast"),
@@ -47,6 +55,10 @@ EFFECT = Effect(
         Parameter("a", "s/m", (1.0, 500.0), LogNormal(30.0, 1.0), "rate at which it grows with the speed"),
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which sliding begins"),
         Parameter("corner", "1", (1.0, 100.0), LogNormal(2.0, 1.0), "sharpness of that: 2 is round, from 10 on sharp"),
+        Parameter("unloading", "1", (-0.9, 2.0), Normal(0.0, 0.5), "share by which unloading begins steeper"),
+        Parameter(
+            "sticking", "1", (-1e-3, 3.0), Normal(0.0, 0.3), "share by which the force is higher before it slides"
+        ),
     ),
     absent={"sliding": 0.0},
     family="dry friction",
@@ -55,5 +67,5 @@ EFFECT = Effect(
     suspect_when="The loop has steep sides at each reversal, however small the motion, and the same height at any "
     "displacement.",
     source="Constantinou, Mokha & Reinhorn (1990), coefficient of friction against speed; Wen (1976) for the slip; "
-    "Simo & Hughes (1998) for a sharp corner",
+    "Simo & Hughes (1998) for a sharp corner; Canudas de Wit et al. (1995) for sticking",
 )

@@ -65,6 +65,30 @@ def test_unloading_is_as_steep_as_dahl_has_it() -> None:
     assert back == pytest.approx((1 + first) * np.exp(-s / D) - 1, abs=1e-4)
 
 
+def test_a_slip_is_as_dahl_has_it() -> None:
+    """z' = 1 - z out and 1 + z back, as above, times the excess at that speed."""
+    D, at_speed = 0.002, np.exp(-((SPEED / 0.2) ** 2))
+    values = {"excess": 1.0, "v_s": 0.2, "slip": D, "direct": 1.0}
+    back, s, first = unloaded("breakaway", values)
+    assert first < 0.9 * at_speed
+    assert back == pytest.approx(at_speed * ((1 + first / at_speed) * np.exp(-s / D) - 1), abs=2e-3)
+
+
+def test_a_slider_sticks_before_it_slides_and_unloads_as_steeply_as_dahl_has_it() -> None:
+    """With a corner of 2: tanh out, tan back, as above; 1 + the sticking times exp(-(a v)²) once it slides."""
+    D, a = 0.004, 8.0
+    values = {"sliding": 1.0, "share": 1e-3, "a": a, "slip": D, "sticking": 0.5, "unloading": 1.0}
+    strength = 1 - 1e-3 * np.exp(-a * SPEED) + 0.5 * np.exp(-((a * SPEED) ** 2))
+    back, s, first = unloaded("friction", values)
+    positive = s < D * np.arctan(first / strength)
+    assert positive.sum() > 2
+    assert back[positive] == pytest.approx(
+        strength * np.tan(np.arctan(first / strength) - s[positive] / D), abs=5e-3 * strength
+    )
+    force = layer_force({"friction": usual_values("friction", **values)}, way(1.0))
+    assert force[-1] == pytest.approx(strength, rel=1e-3)
+
+
 def test_unloading_is_as_steep_as_ozdemir_has_it() -> None:
     """z' = 1 + z² on the way back with an exponent of 2: z = tan(atan(z₀) - s / D) while it is positive."""
     D = 0.01
