@@ -1,18 +1,12 @@
 """Parts of queries: pages of lists, and periods."""
 
-import json
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeVar
 
-from sqlalchemy import Boolean, ColumnElement, Dialect, Integer, Row, Select, Text, TypeDecorator, bindparam
-from sqlalchemy.dialects.postgresql import ARRAY
-from sqlalchemy.ext.compiler import compiles
+from sqlalchemy import BindParameter, Integer, Row, Select, bindparam
 from sqlalchemy.orm import InstrumentedAttribute, Session
-from sqlalchemy.sql.compiler import SQLCompiler
-from sqlalchemy.sql.functions import FunctionElement
-from sqlalchemy.types import TypeEngine
 
 from service.records.tables import Event
 
@@ -58,49 +52,9 @@ def lines(session: Session, query: Question) -> Sequence[Line]:
     return session.connection().execute(query).all()
 
 
-class among(FunctionElement[bool]):  # noqa: N801  used like a function, as those of SQLAlchemy
-    """True where a number is among those that a statement gets under a name when it runs.
-
-    `column.in_` has a parameter for each number, so that SQLAlchemy writes the statement anew each time, and the driver
-    and PostgreSQL read it anew.
-
-    Args:
-        column: the number.
-        name: of the parameter, a list.
-    """
-
-    name = "among"
-    type = Boolean()
-    inherit_cache = True
-
-    def __init__(self, column: ColumnElement[Any] | InstrumentedAttribute[Any], name: str) -> None:
-        super().__init__(column, bindparam(name, type_=_Numbers()))
-
-
-class _Numbers(TypeDecorator[Collection[int]]):
-    """Numbers as one parameter: an array, or JSON on SQLite."""
-
-    impl = Text
-    cache_ok = True
-
-    def load_dialect_impl(self, dialect: Dialect) -> TypeEngine[Any]:
-        return dialect.type_descriptor(ARRAY(Integer()) if dialect.name == "postgresql" else Text())
-
-    def process_bind_param(self, value: Collection[int] | None, dialect: Dialect) -> object:
-        numbers = list(value or ())
-        return numbers if dialect.name == "postgresql" else json.dumps(numbers)
-
-
-@compiles(among, "postgresql")
-def _in_array(element: among, compiler: SQLCompiler, **options: Any) -> str:  # noqa: ANN401  SQLAlchemy's
-    column, given = (compiler.process(one, **options) for one in element.clauses)
-    return f"{column} = ANY ({given})"
-
-
-@compiles(among)
-def _in_json(element: among, compiler: SQLCompiler, **options: Any) -> str:  # noqa: ANN401  SQLAlchemy's
-    column, given = (compiler.process(one, **options) for one in element.clauses)
-    return f"{column} IN (SELECT value FROM json_each({given}))"
+def numbers(name: str) -> BindParameter[int]:
+    """Numbers of rows that a statement gets when it runs, for `column.in_`; so it is made only once."""
+    return bindparam(name, type_=Integer(), expanding=True)
 
 
 def latest(query: Select[R], number: InstrumentedAttribute[int], before: int | None, limit: int) -> Select[R]:

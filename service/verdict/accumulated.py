@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, aliased
 from service.alerts.tables import BuildingInspection
 from service.analyses.tables import Analysis, DirectionResult, ShakingResult
 from service.buildings.tables import Building
-from service.db.select import Line, Question, among
+from service.db.select import Line, Question, numbers
 from service.drift.tables import ReferencePeriod
 from service.records.tables import Event
 from service.verdict.checks import Lacking, Measured
@@ -131,7 +131,7 @@ def _total(line: Line, name: str) -> Total:
 @cache
 def _sums_of_events() -> Question:
     every = _every_sum()
-    return every.where(among(every.selected_columns.id, "events"))
+    return every.where(every.selected_columns.id.in_(numbers("events")))
 
 
 @cache
@@ -184,7 +184,7 @@ def _shares() -> Question:
         .outerjoin(x, (x.analysis_id == Analysis.id) & (x.direction == DIRECTIONS[0]))
         .outerjoin(y, (y.analysis_id == Analysis.id) & (y.direction == DIRECTIONS[1]))
         .outerjoin(ShakingResult, ShakingResult.analysis_id == Analysis.id)
-        .where(among(Event.building_id, "buildings"))
+        .where(Event.building_id.in_(numbers("buildings")))
     )
 
 

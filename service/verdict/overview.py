@@ -12,7 +12,7 @@ from functools import cache
 from math import inf
 from typing import Any
 
-from sqlalchemy import exists, func, select
+from sqlalchemy import ScalarSelect, exists, func, select
 from sqlalchemy.orm import Session, aliased, defer, load_only
 
 from service.alerts.tables import Alert, BuildingInspection
@@ -21,7 +21,7 @@ from service.analyses.tables import Analysis, DirectionResult, LayerResult, Shak
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building, Revision
-from service.db.select import Line, Question, among
+from service.db.select import Line, Question, numbers
 from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
@@ -31,8 +31,7 @@ from service.verdict.limits import STIFFNESS_CHANGE, TOLERANCE
 
 UNUSABLE = ("refused", "failed")
 """States of an event without a usable record."""
-BUILDINGS, EVENTS, ANALYSES = "buildings", "events", "analyses"
-"""Parameters of the statements: numbers."""
+BUILDINGS, EVENTS, ANALYSES = (numbers(name) for name in ("buildings", "events", "analyses"))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -124,15 +123,19 @@ def _grouped(lines: Iterable[Line]) -> Mapping[int, list[Line]]:
     return grouped
 
 
-@cache
-def _last() -> Question:
+def _last_event() -> ScalarSelect[Any]:
+    """Number of the last event of a building of the question around it."""
     of_building = aliased(Event)
     latest = select(of_building.id).where(of_building.building_id == Building.id).correlate(Building)
-    last = latest.order_by(of_building.start.desc(), of_building.id.desc()).limit(1).scalar_subquery()
-    question = select(Building, Event, Analysis).select_from(Building).outerjoin(Event, Event.id == last)
+    return latest.order_by(of_building.start.desc(), of_building.id.desc()).limit(1).scalar_subquery()
+
+
+@cache
+def _last() -> Question:
+    question = select(Building, Event, Analysis).select_from(Building).outerjoin(Event, Event.id == _last_event())
     with_analysis = question.outerjoin(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
     of_analysis = load_only(Analysis.event_id, Analysis.refusal, Analysis.quality)
-    return with_analysis.where(among(Building.id, BUILDINGS)).options(of_analysis)
+    return with_analysis.where(Building.id.in_(BUILDINGS)).options(of_analysis)
 
 
 @cache
@@ -156,12 +159,12 @@ def _shaken() -> Question:
 def _of_analyses(table: type[DirectionResult | LayerResult | ShakingResult], *columns: str) -> Question:
     """Results of the analyses, of which only these columns are read: the others take most of the time."""
     only = load_only(table.analysis_id, *(getattr(table, one) for one in columns))
-    return select(table).where(among(table.analysis_id, ANALYSES)).options(only)
+    return select(table).where(table.analysis_id.in_(ANALYSES)).options(only)
 
 
 @cache
 def _open_alerts() -> Question:
-    is_open = (among(Alert.building_id, BUILDINGS), Alert.closed_at.is_(None))
+    is_open = (Alert.building_id.in_(BUILDINGS), Alert.closed_at.is_(None))
     return select(Alert.building_id, Alert).where(*is_open).order_by(Alert.id)
 
 
@@ -169,17 +172,17 @@ def _open_alerts() -> Question:
 def _revisions() -> Question:
     other = aliased(Revision)
     newest = select(func.max(other.number)).where(other.building_id == Revision.building_id).scalar_subquery()
-    of_buildings = (among(Revision.building_id, BUILDINGS), Revision.number == newest)
+    of_buildings = (Revision.building_id.in_(BUILDINGS), Revision.number == newest)
     return select(Revision.building_id, Revision).where(*of_buildings)
 
 
 @cache
 def _stiffness() -> Question:
-    value = (DriftValue.series_id == MonitoredSeries.id) & among(DriftValue.event_id, EVENTS)
+    value = (DriftValue.series_id == MonitoredSeries.id) & (DriftValue.event_id == _last_event())
     question = select(MonitoredSeries.building_id, MonitoredSeries.subject, MonitoredSeries.wanted)
-    question = question.add_columns(*history.corrections(), DriftValue).outerjoin(DriftValue, value)
-    question = question.options(defer(DriftValue.causes))
-    of_stiffness = (among(MonitoredSeries.building_id, BUILDINGS), MonitoredSeries.quantity == "stiffness")
+    question = question.add_columns(*history.corrections(), DriftValue).options(defer(DriftValue.causes))
+    question = question.join(Building, Building.id == MonitoredSeries.building_id).outerjoin(DriftValue, value)
+    of_stiffness = (MonitoredSeries.building_id.in_(BUILDINGS), MonitoredSeries.quantity == "stiffness")
     return question.where(*of_stiffness).order_by(MonitoredSeries.subject)
 
 
@@ -201,7 +204,7 @@ def _inspections() -> Question:
     other = aliased(BuildingInspection)
     of_building = select(other.id).where(other.building_id == BuildingInspection.building_id)
     latest = of_building.order_by(other.inspected_at.desc(), other.id.desc()).limit(1).scalar_subquery()
-    of_buildings = among(BuildingInspection.building_id, BUILDINGS)
+    of_buildings = BuildingInspection.building_id.in_(BUILDINGS)
     return select(BuildingInspection).where(of_buildings, BuildingInspection.id == latest)
 
 
@@ -221,7 +224,7 @@ def _earlier(*columns: Any) -> Question:  # noqa: ANN401  SQLAlchemy's
     """Of the events before the last one of each building."""
     last = aliased(Event)
     joined = select(*columns).join(last, last.building_id == Event.building_id)
-    return joined.where(among(last.id, EVENTS), Event.start < last.start).group_by(Event.building_id)
+    return joined.where(last.id.in_(EVENTS), Event.start < last.start).group_by(Event.building_id)
 
 
 @cache
@@ -230,5 +233,5 @@ def _being_compared() -> Question:
     later = aliased(Job)
     is_latest = ~exists().where(later.kind == WATCH, later.building_id == Job.building_id, later.id > Job.id)
     return select(Job.building_id).where(
-        Job.kind == WATCH, among(Job.building_id, BUILDINGS), Job.state.in_(UNDER_WAY), is_latest
+        Job.kind == WATCH, Job.building_id.in_(BUILDINGS), Job.state.in_(UNDER_WAY), is_latest
     )

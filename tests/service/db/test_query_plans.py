@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from assessed_buildings import add_comparison, building, day, earthquake
 from sqlalchemy import Connection, event, text
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -18,6 +19,7 @@ from service.records import events
 from service.records.ingest import next_stored
 from service.records.polled_together import polled
 from service.settings import Settings
+from service.verdict import reading
 
 NOW = datetime(2024, 1, 5, tzinfo=UTC)
 LEASE = timedelta(minutes=2)
@@ -76,12 +78,26 @@ def test_a_round_of_checks_reads_no_history(sessions: sessionmaker[Session]) -> 
             assert all("INDEX ix_recording_refused" in one for one in scanned), plan
 
 
+def test_the_verdicts_of_some_buildings_read_no_history(sessions: sessionmaker[Session]) -> None:
+    """Neither of other buildings nor of other analyses."""
+    with sessions.begin() as session:
+        made = building(session)
+        add_comparison(session, earthquake(session, made, day(1), 0.1))
+        number = made.id
+    found = plans(sessions, lambda session: reading.standings(session, [number]))
+    assert len(found) > 10
+    tables = "analysis|direction_result|layer_result|shaking_result|event|drift_value|watched_series|alert"
+    for plan in found:
+        assert not re.search(rf"Seq Scan on ({tables})\b", plan), plan
+        assert not re.search(rf"SCAN ({tables})\b", plan), plan
+
+
 def plans(sessions: sessionmaker[Session], read: Callable[[Session], object]) -> list[str]:
     """The plan of each statement that reads; without statistics an empty table would be read in full."""
     executed: list[tuple[str, object]] = []
 
     def note(_1: object, _2: object, statement: str, parameters: object, *_3: object) -> None:
-        if statement.startswith("SELECT"):
+        if re.match("SELECT|WITH", statement):
             executed.append((statement, parameters))
 
     with sessions() as session:
