@@ -12,7 +12,7 @@ import json
 import os
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler
@@ -55,21 +55,27 @@ class TakenIn:
     clock: float
     """s from the start of the pollers until the last earthquake was queued."""
     starting: float
-    """s of it until the first file was read."""
+    """s of it until the first files were read."""
+    first: int
+    """Number of files that were read by then."""
+    start: float
+    """s of processor time of the pollers and their processes until then, most of it for imports."""
     spent: float
-    """s of processor time of the pollers and their processes."""
+    """s of processor time of the pollers and their processes since then."""
     server: float
-    """s of processor time of the PostgreSQL server."""
+    """s of processor time of the PostgreSQL server since then."""
     faults: tuple[str, ...]
     """Files that were rejected or lost."""
 
     def __str__(self) -> str:
-        rate = (self.count - 1) / (self.clock - self.starting)
-        each = 1e3 * (self.spent + self.server) / self.count
+        later = self.count - self.first
+        rate = later / (self.clock - self.starting)
+        each = 1e3 * (self.spent + self.server) / later
         return (
-            f"{self.pollers} pollers, {self.count} buildings: all queued after {self.clock:.0f} s of the clock, the "
-            f"first file read after {self.starting:.1f} s, then {rate:.1f} files a second; {each:.0f} ms of processor "
-            f"time for each, {1e3 * self.server / self.count:.0f} ms of it PostgreSQL's\n"
+            f"{self.pollers} pollers, {self.count} buildings: all queued after {self.clock:.0f} s of the clock; the "
+            f"first file read after {self.starting:.1f} s with {self.start:.1f} s of processor time, then {rate:.1f} "
+            f"files a second; {each:.0f} ms of processor time for each, {1e3 * self.server / later:.0f} ms of it "
+            "PostgreSQL's\n"
             f"    arithmetic, not measured: {GREAT} files in {GREAT / rate / 60:.1f} min"
         )
 
@@ -134,7 +140,7 @@ def prepare(url: str, count: int, source: str, now: datetime) -> None:
 
 def taken_in(url: str, pollers: int, count: int, day: datetime, server: psutil.Process) -> TakenIn:
     """Take in all files with so many pollers."""
-    sessions, of_server = database.sessions(url), city.processor_time(server)
+    sessions = database.sessions(url)
     own = {
         "MENSHIN_DATABASE_URL": url,
         "MENSHIN_POLLING__SETTLE_TIME": "0",
@@ -148,23 +154,27 @@ def taken_in(url: str, pollers: int, count: int, day: datetime, server: psutil.P
             for _ in range(pollers)
         ]
         try:
-            while not read(sessions) and perf_counter() - clock < LONGEST:
+            while not (first := read(sessions)) and perf_counter() - clock < LONGEST:
                 sleep(0.1)
-            starting = perf_counter() - clock
+            starting, start, of_server = perf_counter() - clock, processor_time(running), city.processor_time(server)
             while queued(sessions, day) < count and perf_counter() - clock < LONGEST:
-                sleep(1.0)
-            clock = perf_counter() - clock
-            spent = sum(city.processor_time(psutil.Process(one.pid)) for one in running)
+                sleep(0.2)
+            clock, spent = perf_counter() - clock, processor_time(running) - start
+            of_server = city.processor_time(server) - of_server
         finally:
             for one in running:
                 one.terminate()
             for one in running:
                 one.wait()
-    of_server = city.processor_time(server) - of_server
     with sessions() as session:
         faults = tuple(lost(session, count, day))
     sessions.kw["bind"].dispose()
-    return TakenIn(pollers, count, clock, starting, spent, of_server, faults)
+    return TakenIn(pollers, count, clock, starting, first, start, spent, of_server, faults)
+
+
+def processor_time(running: Sequence[subprocess.Popen[bytes]]) -> float:
+    """s of processor time of pollers and their processes."""
+    return sum(city.processor_time(psutil.Process(one.pid)) for one in running)
 
 
 def read(sessions: sessionmaker[Session]) -> int:

@@ -4,6 +4,7 @@ import logging
 import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -27,6 +28,8 @@ from service.version import VERSION
 NOW = START + timedelta(days=1)
 LIMITS = {"http_timeout": 10, "http_retries": 1, "retry_delay": 0.01, "max_answer_bytes": 10_000_000}
 SETTINGS = Settings(**LIMITS)
+TABLES = ("content", "recording", "fetched_file", "event", "waveform", "job")
+"""Tables to which a new file adds rows."""
 
 
 @pytest.fixture
@@ -168,6 +171,7 @@ def test_a_poller_that_is_to_stop_leaves_the_other_files_to_the_next_poll(sessio
     assert read() == 1
     with sessions() as session:
         assert session.scalars(select(SourceState)).all() == []
+        assert set(session.scalars(select(Recording.failures))) == {0}, "the next one was not tried"
     look(sessions)
     assert read() == 3
     assert state(sessions).failing_since == NOW, "the folder is not there, which the second poll saw"
@@ -283,6 +287,60 @@ def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions:
     look(sessions)
     with sessions() as session:
         assert session.scalars(select(Recording)).one().state == "read"
+
+
+@pytest.mark.parametrize("before", ["INSERT INTO event ", "UPDATE source_state", "INSERT INTO source_state"])
+def test_whenever_the_service_ends_nothing_is_lost_and_one_attempt_is_counted_at_most(
+    sessions: sessionmaker[Session], server: Server, before: str
+) -> None:
+    names = [f"{number}.mseed" for number in range(3)]
+    server.pages["/events/"] = Page("\n".join(names).encode())
+    for number, name in enumerate(names):
+        server.add(f"/events/{name}", miniseed(stream(START + timedelta(hours=number))))
+    add(sessions, "archive", f"{server.address}/events/")
+
+    def end(*given: object) -> None:
+        if str(given[2]).startswith(before):
+            raise KeyboardInterrupt
+
+    event.listen(sessions.kw["bind"], "before_cursor_execute", end)
+    for _ in range(2):
+        with suppress(KeyboardInterrupt):
+            look(sessions)
+        with sessions() as session:
+            failures = session.scalars(select(Recording.failures)).all()
+            assert sum(map(bool, failures)) <= 1
+    event.remove(sessions.kw["bind"], "before_cursor_execute", end)
+    look(sessions)
+    look(sessions)
+    with sessions() as session:
+        assert [(one.state, one.failures) for one in session.scalars(select(Recording))] == [("read", 0)] * 3
+        assert [one.state for one in session.scalars(select(Event))] == ["queued"] * 3
+        assert len(session.scalars(select(Job)).all()) == 3
+
+
+def test_a_new_file_is_stored_in_one_transaction_and_read_in_another(
+    sessions: sessionmaker[Session], server: Server
+) -> None:
+    server.pages["/events/"] = Page(b"a.mseed")
+    add(sessions, "archive", f"{server.address}/events/")
+    server.add("/events/a.mseed", miniseed(stream()))
+    done: list[str] = []
+    engine = sessions.kw["bind"]
+
+    def note(*given: object) -> None:
+        done.append(str(given[2]).split("(")[0].strip() if len(given) > 2 else "COMMIT")
+
+    for kind in ("before_cursor_execute", "commit"):
+        event.listen(engine, kind, note)
+    look(sessions)
+    for kind in ("before_cursor_execute", "commit"):
+        event.remove(engine, kind, note)
+    parts = " ".join(f"{one};" for one in done).split("COMMIT;")
+    at = {table: [n for n, part in enumerate(parts) if f"INSERT INTO {table};" in part + ";"] for table in TABLES}
+    assert at["content"] == at["recording"] == at["fetched_file"]
+    assert at["event"] == at["waveform"] == at["job"] == [at["content"][0] + 1]
+    assert not [one for one in done if "content.data" in one], "the bytes are at hand"
 
 
 def test_names_that_are_no_unicode_and_reasons_with_nul_hold_up_nothing(
