@@ -4,18 +4,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert, BuildingInspection, Inspection
 from service.buildings.tables import Building
 from service.models.tables import ModelVersion
+from service.records.tables import Event
 from service.verdict import texts
 from service.verdict.checks import LEVELS, Level
 from service.verdict.earthquakes import PastEvent, past_events
 
 MOST = 200
-"""Earthquakes of a timeline, the latest."""
+"""Earthquakes that a timeline shows at most: the latest."""
 LEFT, RIGHT, LANE, TOP = 102.0, 466.0, 24.0, 8.0
 """Units of the drawing: ends of the axis of time, height of a lane, and the first one's edge."""
 LANES = ("alerts", "inspections", "model")
@@ -56,9 +57,9 @@ class Timeline:
         return sorted((*self.earthquakes, *self.others), key=lambda one: one.at, reverse=True)
 
 
-def timeline(session: Session, building: Building, until: datetime) -> Timeline | None:
-    """The building's timeline until then; None before the first earthquake."""
-    past = past_events(session, building, MOST)
+def timeline(session: Session, building: Building, until: datetime, most: int = MOST) -> Timeline | None:
+    """The building's timeline until then, with its latest earthquakes; None before the first earthquake."""
+    past = past_events(session, building, most)
     if not past:
         return None
     first, last = past[0].event.start, max(until, past[-1].event.end)
@@ -90,7 +91,7 @@ def timeline(session: Session, building: Building, until: datetime) -> Timeline 
             Mark(at, x(at), middle[lane], text, address, until=None if until is None else x(until))
             for lane, at, until, text, address in others
         ],
-        summary=_summary(past),
+        summary=_summary(past, len(past) if len(past) < most else _count(session, building)),
     )
 
 
@@ -132,10 +133,17 @@ def _ticks(first: datetime, last: datetime) -> Iterator[tuple[str, datetime]]:
         yield str(year), datetime(year, 1, 1, tzinfo=UTC)
 
 
-def _summary(past: Sequence[PastEvent]) -> str:
-    """`38 earthquakes from 2023 to 2026: 2 inspect, 36 normal`."""
+def _count(session: Session, building: Building) -> int:
+    """Number of earthquakes of a building, shown or not."""
+    return session.scalar(select(func.count()).where(Event.building_id == building.id)) or 0
+
+
+def _summary(past: Sequence[PastEvent], recorded: int) -> str:
+    """`38 earthquakes from 2023 to 2026: 2 inspect, 36 normal`, or the latest of them where there are more."""
     counts = [(level.words, sum(one.verdict.level is level for one in past)) for level in LEVELS]
     listed = ", ".join(f"{count} {words}" for words, count in counts if count)
     first, last = past[0].event.start.year, past[-1].event.start.year
     years = f"in {first}" if first == last else f"from {first} to {last}"
+    if recorded > len(past):
+        return f"The latest {len(past)} of {recorded} earthquakes, {years}: {listed}"
     return f"{len(past)} earthquake{'s' if len(past) > 1 else ''} {years}: {listed}"

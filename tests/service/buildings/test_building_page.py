@@ -16,6 +16,7 @@ from service.alerts import operator_actions
 from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.buildings import store as building_store
+from service.buildings.pages.timeline import timeline
 from service.records.tables import Event, Waveform
 from service.verdict import reading
 from service.verdict.checks import Level
@@ -148,6 +149,22 @@ def test_the_years_show_each_earthquake_as_its_own_page_does_and_no_normal_one_b
         page = unescape(asking.get(f"/buildings/{code}").text)
     assert "8 earthquakes in 2024: 1 act, 1 inspect, 1 undecided, 4 watch, 1 normal" in page
     assert "Jo: confirmed, alert 1" in page
+
+
+def test_the_years_say_that_they_show_the_latest_earthquakes_where_there_are_more(
+    sessions: sessionmaker[Session],
+) -> None:
+    with sessions.begin() as session:
+        of = building(session)
+        for number in range(1, 5):
+            earthquake(session, of, day(number))
+        session.flush()
+        some, every = (timeline(session, of, day(10), most) for most in (3, 5))
+        assert some is not None
+        assert every is not None
+        assert len(some.earthquakes) == 3
+        assert some.summary.startswith("The latest 3 of 5 earthquakes, in 2024: ")
+        assert every.summary.startswith("5 earthquakes in 2024: ")
 
 
 def test_the_years_take_as_many_statements_for_twenty_earthquakes_as_for_two(sessions: sessionmaker[Session]) -> None:
