@@ -68,8 +68,8 @@ def row(name: str, trials: Sequence[Trial]) -> tuple[str, ...]:
 def table_pooled(every: Mapping[str, Sequence[PooledTrial]]) -> Table:
     return Table(
         "Both directions together",
-        f"The mean of two directions whose scatter has a correlation of {SHARED}, by the same rules; the same "
-        "earthquakes, weather and loss in both.",
+        f"The same rules test the mean of two directions whose scatter has a correlation of {SHARED}. Both have the "
+        "same earthquakes, weather and loss.",
         (
             "histories",
             "false alarm",
@@ -96,8 +96,9 @@ def table_pooled(every: Mapping[str, Sequence[PooledTrial]]) -> Table:
 def table_of_dates(every: Mapping[str, Sequence[Mapping[str, Dating]]]) -> Table:
     return Table(
         "When a change began",
-        f"Histories in which the change was found, of {len(next(iter(every.values())))} random ones: how often the "
-        "interval contains its beginning, in percent, and its length in events, median and 90th percentile.",
+        f"For the histories, of {len(next(iter(every.values())))} random ones, in which the change was detected: the "
+        "share of intervals that contain its beginning, in percent, and their length in events, median and 90th "
+        "percentile.",
         ("histories", *(f"{name}, {what}" for name in DATED.values() for what in ("contains", "length"))),
         tuple(
             (
@@ -121,9 +122,10 @@ def lengths(values: Sequence[int]) -> str:
 def tables(every: Mapping[str, Sequence[Trial]]) -> Iterator[Table]:
     count = len(next(iter(every.values())))
     yield Table(
-        "Changes found, and false alarms",
-        f"Share of {count} random histories, in percent, with its standard error. The first event with the change "
-        "counts as one.",
+        "Detected changes, and false alarms",
+        f"Share of {count} random histories in which an alarm was raised, in percent, with its standard error. "
+        '"5 % in 2" is a loss of 5 % that was detected within two events, of which the first is the first with the '
+        "loss. The last column is the share of detected losses of 5 % whose interval contains the true size.",
         (
             "histories",
             "false alarm in 100 healthy events",
@@ -141,7 +143,7 @@ def tables(every: Mapping[str, Sequence[Trial]]) -> Iterator[Table]:
     )
     yield Table(
         "False alarms by rule",
-        "The same histories.",
+        "Share of the same histories, without a change, in which each rule raised an alarm.",
         ("histories", "sudden", "slow", "recovery", "within an event"),
         tuple(
             (

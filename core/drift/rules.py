@@ -23,8 +23,8 @@ SUDDEN_THRESHOLD, SLOW_THRESHOLD, RECOVERY_THRESHOLD = 3.85, 3.85, 4.1
 PENDING_MARGIN = -0.7
 """Standard deviations from a rule's threshold at which an alarm is pending; it sends no message. A choice."""
 SUDDEN_RATE, SLOW_RATE, RECOVERY_RATE = 0.05, 0.005, 0.035
-"""False alarms, measured on the odd seeds of benchmarks/drift.py and rounded (docs/operate/drift.md). Most false
-recoveries follow a false loss."""
+"""False alarms in 100 healthy events, about as measured on the odd seeds of benchmarks/drift.py; docs/operate/drift.md
+compares them. Most false recoveries follow a false loss."""
 
 
 def steps(count: int) -> Matrix:
