@@ -29,9 +29,9 @@ Written by
 
 on {machine}
 
-Times are processor times of one core with one BLAS thread, the median of several rounds in which the ways take turns,
-each in a process of its own that may take 60 s and 6 GB. They move from machine to machine and from day to day: only
-the ratios within one table mean anything. Errors are against exact values and stand beside every time.
+Times are processor times on one core with one BLAS thread. Each is the median of several rounds, in which the methods
+take turns, each in a separate process that may use 60 s and 6 GB. Times differ between machines and days, so only
+ratios within one table are meaningful. The errors beside the times are relative to exact values.
 """
 
 

@@ -52,21 +52,22 @@ FURTHER = tuple(range(3, 25, 2))
 """Seeds of more buildings, of the truths whose building is drawn."""
 PROCESSES = 2
 ABOUT = """\
-Share in % of the samples (of the cycles, for k_eq against the describing function) within 1.96 standard deviations;
-in brackets root mean squares of the standard deviation / of the error, in % of that of the force or displacement.
-Means over {motions} of {peaks} gal through the whole analysis. **Bold**: outside 90 to 98 %."""
+Share of the samples, in %, whose error is within 1.96 standard deviations (for k_eq, of the cycles, relative to the
+describing function). In brackets: root mean square of the standard deviation / of the error, in % of that of the force
+or displacement. The whole analysis; means over {motions} at {peaks} gal. **Bold**: outside 90 to 98 %."""
 REAL_ABOUT = """\
-Force from the base slab and the floors named, against F = -Σ m_i a_i over all six levels, for {tests}. The reference
-holds the noise of the same sensors, so that with most floors measured the band is wider than what it misses."""
+Force from the base slab and the named floors, compared with F = -Σ m_i a_i over all six levels, for {tests}. This
+reference contains the noise of the same sensors. If most floors are measured, the band is therefore wider than the
+difference."""
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 DEMONSTRATED = (0, 5, 11, 20, 30)
 """Places of the demonstration's motions that its table has."""
 DEMONSTRATED_ABOUT = """\
-Force from the base slab and two floors with the demonstration's own sensors, whose noise is about a thousandth of
-their signal, at a ground acceleration of 100 gal. Second line of a motion: its strong part, over 20 % of the peak
-force. The reference is the same estimate from all floors without noise."""
+Force from the base slab and two floors, with the demonstration's own sensors, whose noise is about a thousandth of
+their signal. The ground motion has a peak of 100 gal. The second line of a motion is its strong part, above 20 % of the
+peak force. The reference is the same estimate from all floors without noise."""
 
 Found = tuple[Case, Coverage, Coverage]
 """By `smoother` with a transducer, and by `cms` without."""

@@ -13,10 +13,10 @@ from core.analysis import AnalysisSettings
 GOALS = {0.01: (1.0, 2.0, 5.0, 10.0), 0.10: (1.0, 3.5, 5.0, 22.0)}
 """%, by noise: bias and scatter of k_eq, bias and scatter of c_eq."""
 ABOUT = """\
-Through the whole analysis, displacement fused, over 18 records: three motions, 3.5 to 280 gal, two draws of the noise
-on every channel. Errors in % against the describing function of the true law, of cycles of at least a tenth of the
-event's largest displacement. Bias is the mean, scatter the standard deviation with all outliers; robust is 1.4826
-times the median absolute deviation. Covered: cycles within 1.96 of their own standard deviations."""
+The whole analysis, with fused displacement, of 18 records: three motions, 3.5 to 280 gal, two draws of the noise on
+every channel. Errors in %, relative to the describing function of the true law, of the cycles of at least a tenth of
+the event's largest displacement. Bias is the mean, scatter the standard deviation including all outliers, robust 1.4826
+times the median absolute deviation. Covered: share of cycles, in %, within 1.96 of their own standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)

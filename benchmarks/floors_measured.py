@@ -11,11 +11,11 @@ from benchmarks.table import Table
 from core.estimators import ESTIMATORS
 
 ABOUT = f"""\
-A five-storey building on rubber bearings, three recorded earthquakes on a shake table, estimated as the product does
-(100 Hz) from the base slab and the floors named. The truth is F = -Σ m_i a_i over all six levels; both lie within
-{BAND[0]:g} to {BAND[1]:g} Hz. Fit in % for {" / ".join(TESTS)}; in brackets the share of all samples in % that the 95
-% band covers, mean of the three. The best fixed weights of the same channels are learnt from the truth of the very
-test: no instantaneous combination can beat them."""
+A five-storey building on rubber bearings on a shake table, in three recorded earthquakes. The force is estimated as the
+product does (100 Hz), from the base slab and the named floors. The exact force is F = -Σ m_i a_i over all six levels.
+Both are filtered to {BAND[0]:g} to {BAND[1]:g} Hz. Fit in % for {" / ".join(TESTS)}; in brackets the share of all
+samples, in %, that the 95 % band covers, as the mean of the three. The best fixed weights of the same channels are
+fitted to the exact force of the same test: no instantaneous combination of these channels can be better."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ def table(found: Sequence[Found]) -> Table:
     """A row for every choice of floors."""
     rows = [_row(floors, [f for f in found if f.floors == floors]) for floors in dict.fromkeys(f.floors for f in found)]
     columns = ("floors", "goal", "best fixed weights", *ESTIMATORS)
-    return Table("The real building, from any of its floors", ABOUT, columns, tuple(rows))
+    return Table("The real building, from different floors", ABOUT, columns, tuple(rows))
 
 
 def _row(floors: tuple[str, ...], tests: Sequence[Found]) -> tuple[str, ...]:

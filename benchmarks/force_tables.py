@@ -36,25 +36,28 @@ def tables(scores: Sequence[Score], band_alone: Mapping[str, Sequence[float]]) -
 
 
 LIKE_ABOUT = """\
-Fit of F in %, the worst of the seeds (their mean), where the truth is of the model's class: by estimator and
-percentage of noise, from the channels of base slab, fourth storey and roof as they were measured, against the exact
-force over all 180 s."""
+Buildings of the model's class. Fit of the estimated force to the exact one in %, by estimator and percentage of noise:
+the worst of the seeds (their mean). The estimators get the unfiltered channels of the base slab, the fourth storey and
+the roof, and the fit is over all 180 s."""
 UNLIKE_ABOUT = """\
-The same, the worst of motions and seeds (their mean). The estimators are told the design's masses and no stiffness;
-the total mass is right. Random masses are drawn anew for every seed."""
+The same for other buildings and for faulty sensors: the worst of motions and seeds (their mean). The estimators get the
+design's masses, whose total is right, and no stiffness. Random masses are drawn anew for every seed."""
 COVERED_ABOUT = f"""\
-Share of the samples in % at which the exact force lies within 1.96 standard deviations of the estimate: over the
-whole record / in strong motion (5 to 95 % of the force's energy) / over the whole record through the product's
-filters (see below); means over motions and seeds. Goal: {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %."""
+Share of the samples, in %, at which the exact force lies within 1.96 standard deviations of the estimate: over the
+whole record / in strong motion (5 to 95 % of the force's energy) / over the whole record with the product's filters
+(see below). The values are means over motions and seeds. Goal: {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %."""
 STATIC_ABOUT = f"""\
-Fit less the fit of `{STATIC}` on the same record, in points: the smallest difference, and on how many of the records
-it is negative. Goal: on none."""
+Fit minus the fit of `{STATIC}` on the same record, in percentage points: the smallest difference, and the number of
+records on which it is negative. Goal: none."""
 FILTERED_ABOUT = """\
-The product takes out the baseline and passes 0.1 to 30 Hz before it estimates. Fit in %, the worst of motions (their
-mean) with one draw of the noise, against the exact force within the same band; last, what that band alone leaves: the
-fit of the exact force within it to the exact force. A record shorter than 20 s cannot be filtered."""
+The product removes the baseline and filters to 0.1 to 30 Hz before it estimates. Fit in % to the exact force within the
+same band: the worst of motions (their mean), with one draw of the noise. The last column shows what this band alone
+costs: the fit of the exact force within the band to the exact force. A record shorter than 20 s cannot be filtered."""
 TIMES_ABOUT = """\
-Processor time in ms of one estimate of 180 s at 100 Hz, one thread, on the machine that wrote this page."""
+Processor time, in ms, of one estimate of the force of a building of the model's class, 180 s at 100 Hz, on one thread:
+median and longest of all motions, noises and seeds. Screening, the layer's motion and the cycles are not included. Two
+estimates ran at once, and other programs beside them, so these times are upper bounds. They must not be compared with
+the whole chain in [Benchmarks](benchmarks.md#the-whole-chain-for-one-event), which was measured at another load."""
 
 
 def shown(value: float, reached: bool | None = None, digits: int = 2) -> str:
@@ -110,7 +113,7 @@ def _covered(group: Sequence[Score]) -> str:
 
 
 def _filtered(scores: Sequence[Score], band_alone: Mapping[str, Sequence[float]]) -> Table:
-    table = _table("Through the product's filters", FILTERED_ABOUT, scores, "kind", _filtered_fit)
+    table = _table("With the product's filters", FILTERED_ABOUT, scores, "kind", _filtered_fit)
     rows = tuple((*row, shown(min(fits)) if (fits := band_alone[row[0]]) else "-") for row in table.rows)
     return Table(table.title, table.about, (*table.columns, "the band alone"), rows)
 
@@ -124,7 +127,7 @@ def _beside_static(scores: Sequence[Score]) -> Table:
         measured = _smallest([s.measured.fit - c.measured.fit for s, c in pairs])
         filtered = _smallest([s.filtered.fit - c.filtered.fit for s, c in pairs if s.filtered and c.filtered])
         rows.append((estimator, kind, measured, filtered))
-    columns = ("estimator", "kind", "as measured", "through the filters")
+    columns = ("estimator", "kind", "unfiltered", "with the filters")
     return Table("Beside static interpolation", STATIC_ABOUT, columns, tuple(rows))
 
 

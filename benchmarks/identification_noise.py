@@ -63,14 +63,18 @@ def table(
         title=title,
         about=(
             f"The paper's building and sensors under AKT013, {len(records)} draws of noise; root mean square errors. "
-            f"{OURS} is what the product does: errors in variables, from where {SUBSPACE} ends; both choose the order "
-            f"by themselves. The others take the record decimated to 33 Hz, {BLOCK_ROWS} block rows and, of the orders "
-            f"{', '.join(str(order) for order in ORDERS)}, the one at which their damping is least wrong, which nobody "
-            f"knows who does not know the truth. Goal: {goal} of the best peer's error of the damping."
+            f"The product uses {OURS}: errors in variables, starting from the result of {SUBSPACE}. Both choose the "
+            f"order by themselves. The others get the record decimated to 33 Hz and {BLOCK_ROWS} block rows. Each has "
+            f"the order, of {', '.join(str(order) for order in ORDERS[:-1])} and {ORDERS[-1]}, at which its damping is "
+            "least wrong, which cannot be known without the exact values. "
+            f"Goal: {goal} of the error of the damping of the best other method."
         ),
-        columns=("way", "order", "ms", "f1, %", "ζ1, %", "mean error of ζ1, %"),
+        columns=("method", "order", "ms", "f1, %", "ζ1, %", "mean error of ζ1, %"),
         rows=tuple(row(name, trial) for name, trial in trials(every, limits, rounds=1).items()),
-        remark="nfoursid, whose method is SLICOT's, would take minutes for so many records and is left out.",
+        remark=(
+            "nfoursid uses the same method as SLICOT. It is left out, because it would take minutes for so many "
+            "records."
+        ),
     )
 
 

@@ -87,9 +87,9 @@ def report(extent: Extent, console: Console) -> str:
 def opening(extent: Extent) -> str:
     """Opening of the page: motions, noise and draws."""
     return (
-        f"Recorded motions of 70 gal: {', '.join(extent.motions)}. White noise of "
-        f"{', '.join(f'{100 * noise:g}' for noise in extent.noises)} % of each channel's root mean square, "
-        f"draws of it (and of random masses): {len(extent.seeds)}.\n"
+        f"Recorded motions, scaled to 70 gal: {', '.join(extent.motions)}. White noise of "
+        f"{', '.join(f'{100 * noise:g}' for noise in extent.noises)} % of each channel's root mean square. "
+        f"Number of draws of the noise, and of random masses: {len(extent.seeds)}.\n"
     )
 
 

@@ -32,14 +32,15 @@ def table(ground: Vector, integrators: Mapping[str, Integrator], limits: Limits,
     return Table(
         title=f"{ground.size:,} samples, 8 degrees of freedom and Bouc-Wen",
         about=(
-            "AKT013 scaled to 70 gal. The error is that of the layer's force, relative in the norm, against 200 steps "
-            "a sample. Ways are compared where their error is at most 2e-4. Goal: 1000 x LSODA, 400 x OpenSeesPy."
+            "AKT013 scaled to 70 gal. The error is that of the layer's force, relative in the norm, to a run with 200 "
+            "steps per sample. Methods are compared where their error is at most 2e-4. Goal: 1000 times as fast as "
+            "LSODA, 400 times as OpenSeesPy."
         ),
-        columns=("way", "ms", f"/ {OURS}", "error of the force"),
+        columns=("method", "ms", f"/ {OURS}", "error of the force"),
         rows=tuple(row(name, trial, quickest, truth) for name, trial in found.items()),
         remark=(
-            "Compiling is not counted: ours takes some seconds in every process, JAX too. LSODA calls its rates in "
-            "Python, as its users do."
+            "Compilation is not counted. It takes some seconds in every process, for Menshin and for JAX. LSODA calls "
+            "its rates in Python, as it usually does."
         ),
     )
 
