@@ -48,14 +48,14 @@ def _accelerations(building: RealBuilding, event: RealEvent) -> Figure:
         histories(event.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"level {name}")
         for name, samples in zip(names[::-1], rows[::-1], strict=True)
     ]
-    return figure(18, "Acceleration response", f"{_of(building, event)}: absolute.", panels)
+    return figure(18, "Acceleration response", f"{_of(building, event)}. Absolute acceleration.", panels)
 
 
 def _deformation(building: RealBuilding, event: RealEvent) -> Figure | None:
     displacement = event.by_estimator[cms.NAME].displacement
     if displacement is None:
         return None
-    caption = f"{_of(building, event)}: up to {MM * np.abs(displacement).max():.1f} mm."
+    caption = f"{_of(building, event)}. Up to {MM * np.abs(displacement).max():.1f} mm."
     picture = histories(event.time, [Curve("layer", MM * displacement)], "deformation (mm)")
     return figure(19, "Deformation of the isolation layer", caption, (picture,))
 
@@ -67,7 +67,7 @@ def _shapes(building: RealBuilding, event: RealEvent) -> Figure | None:
         profiles(levels, [Curve("expanded", np.append(0.0, mode.shape))], measured, f"mode {number}")
         for number, mode in enumerate(event.by_estimator[cms.NAME].restoring_force.modes[:MODES], start=1)
     ]
-    caption = f"{_of(building, event)}: identified at the dots, by eq 21 elsewhere. Table IV has the numbers."
+    caption = f"{_of(building, event)}. Identified at the dots, expanded by eq 21 elsewhere. Table IV has the numbers."
     return figure(20, "Expanded mode shapes", caption, panels) if panels else None
 
 
@@ -77,7 +77,7 @@ def _modal(building: RealBuilding, event: RealEvent) -> Figure | None:
         histories(event.time, [Curve("ξ", unit * series)], f"ξ{'₁₂'[number]}″ (gal √t)", title=f"mode {number + 1}")
         for number, series in enumerate(event.modal)
     ]
-    caption = f"{_of(building, event)}: eq 23, of mass-normalised shapes."
+    caption = f"{_of(building, event)}. By eq 23, with mass-normalised shapes."
     return figure(21, "Acceleration in modal coordinates", caption, panels) if panels else None
 
 
@@ -88,13 +88,13 @@ def _force(building: RealBuilding, event: RealEvent) -> Figure:
     curves = estimates({name: force[window] for name, force in forces.items()})
     known = [] if event.truth is None else [exact(KN * event.truth[window])]
     panels = [whole, histories(event.time[window], [*known, *curves], FORCE, title=f"the strongest {WINDOW:g} s")]
-    caption = f"{_of(building, event)}: eq 10."
+    caption = f"{_of(building, event)}. By eq 10."
     if event.truth is not None:
         truth = KN * event.truth
         fits = ", ".join(f"{name} {fitting_rate(truth, force):.1f} %" for name, force in forces.items())
         errors = estimates({name: (force - truth)[window] for name, force in forces.items()})
         panels.append(histories(event.time[window], errors, "difference (kN)", title="estimated − exact", height=90))
-        caption += f" Exact is F = −Σ m_i a_i over all levels, of which the estimators saw some; fitting rate: {fits}."
+        caption += f" Exact is F = −Σ m_i a_i over all levels, of which the estimators used some. Fitting rate: {fits}."
     return figure(22, "Restoring force of the isolation layer", caption, panels)
 
 
@@ -117,9 +117,9 @@ def _equivalents(building: RealBuilding) -> Figure | None:
             panels.append(report_charts.equivalent_stiffness(cycles, f"equivalent stiffness, {name}"))
             panels.append(report_charts.equivalent_damping(cycles, f"equivalent damping, {name}"))
     caption = (
-        f"{building.description.name}, direction {building.direction}, every cycle of every event; bars are ± 1 "
-        "standard deviation. The paper finds that both fall with amplitude and that stiffness is the more stable; "
-        "the table above says how far that holds here."
+        f"{building.description.name}, direction {building.direction}: every cycle of every event, with bars of ± 1 "
+        "standard deviation. The paper finds that both fall with amplitude and that stiffness is the more stable of "
+        "the two. The table above says how far that is so here."
     )
     title = "Equivalent stiffness and damping coefficient"
     return figure(24, title, caption, panels) if panels else None

@@ -37,9 +37,11 @@ def real_tables(building: RealBuilding) -> tuple[Table, ...]:
 
 def _modal_information(building: RealBuilding) -> Table:
     floor = building.description.floors[building.middle].name
-    title = f"Table IV. Identified modal information of the superstructure; shape at {floor}, the roof being 1"
+    title = (
+        f"Table IV. Identified modal information of the superstructure; shape at level {floor}, relative to the roof"
+    )
     columns = ("building and event", "by", "mode", "frequency (Hz)", "damping (%)", "shape")
-    note = "Two buildings: their numbers are alike in kind only."
+    note = "These are two different buildings: compare the pattern, not the values."
     return table(title, columns, (*_papers_modes(), *_our_modes(building)), numbers_from=2, note=note)
 
 
@@ -77,8 +79,8 @@ def _forces(building: RealBuilding) -> Table:
             fits = {estimator: f"{fitting_rate(event.truth, force):.1f}" for estimator, force in forces.items()}
             rows.append((name, "fitting rate (%)", *by_estimator(fits)))
     note = (
-        "The truth of the fitting rate is F = -Σ m_i a_i over every level, all of which were recorded; "
-        f"the estimators were given {', '.join(building.sensors)}."
+        "The fitting rate is relative to F = -Σ m_i a_i over all levels, each of which was recorded. "
+        f"The estimators got the records of: {', '.join(building.sensors)}."
     )
     known = any(event.truth is not None for event in building.events)
     title = "Figure 22. Restoring force of the isolation layer"
@@ -101,9 +103,9 @@ def _by_amplitude(cycles: Cycles) -> Table:
     for low, high in pairwise(BOUNDS):
         within = {name: [c for c in every if low <= c.amplitude < high] for name, every in cycles.items()}
         rows += [(_range(low, high), name, *_medians(some)) for name, some in within.items() if some]
-    note = "Medians over the cycles of all events ± the median of their standard deviations."
+    note = "The values are medians over the cycles of all events ± the median of the standard deviations."
     title = "Figure 24. Equivalent stiffness and damping coefficient against amplitude"
-    columns = ("amplitude (mm)", "ours by", "cycles", "k_eq (kN/mm)", "c_eq (kN s/mm)")
+    columns = ("amplitude (mm)", "estimator", "cycles", "k_eq (kN/mm)", "c_eq (kN s/mm)")
     return table(title, columns, tuple(rows), numbers_from=2, note=note)
 
 
@@ -118,7 +120,7 @@ def _medians(cycles: Sequence[EquivalentSegment]) -> tuple[str, str, str]:
 
 def _conclusions(cycles: Cycles) -> Table:
     some = {name: every for name, every in cycles.items() if every}
-    drop = f"k_eq falls by (%), to {100 * published.STRAIN_OF_THE_DROP:g} % shear strain from below {SMALL * MM:g} mm"
+    drop = f"fall of k_eq (%), from below {SMALL * MM:g} mm to {100 * published.STRAIN_OF_THE_DROP:g} % shear strain"
     k_rank, c_rank = (
         {name: _rank(_column(every, quantity), _column(every, "amplitude")) for name, every in some.items()}
         for quantity in ("k_eq", "c_eq")
@@ -134,8 +136,8 @@ def _conclusions(cycles: Cycles) -> Table:
         ("standard deviation of k_eq (%), median over cycles", "more stable", *by_estimator(k_spread)),
         ("standard deviation of c_eq (%), median over cycles", "less stable", *by_estimator(c_spread)),
     )
-    note = "The paper's words are of another building and of one earthquake."
-    return table("What section 8 says of Figure 24", ("", "paper", *ours()), rows, note=note)
+    note = "The statements of the paper are about another building and a single earthquake."
+    return table("What section 8 says about Figure 24", ("", "paper", *ours()), rows, note=note)
 
 
 def _column(cycles: Sequence[EquivalentSegment], name: str) -> Vector:
@@ -160,11 +162,11 @@ def _spread(values: Vector, std: Vector) -> str:
 def real_remarks(building: RealBuilding) -> tuple[str, ...]:
     """Remarks on section 8."""
     return (
-        "The paper's building is Raiosya, whose records do not come with this program. Here the same steps are applied "
-        f"to {building.description.name}, direction {building.direction}, from the sensors "
-        f"{', '.join(building.sensors)}: the numbers are another building's and comparable in kind only.",
-        "The paper cuts the record into segments and does not say which; here a segment is one cycle between zero "
-        "up-crossings, with an intercept, and every value has a standard deviation.",
+        "The paper's building is Raiosya, whose records are not included in this program. Here, the same steps are "
+        f"applied to another building: {building.description.name}, direction {building.direction}, sensors "
+        f"{', '.join(building.sensors)}. Compare the pattern, not the values.",
+        "The paper cuts the record into segments, but does not say where. Here, a segment is one cycle between zero "
+        "up-crossings and is fitted with an intercept, and every value has a standard deviation.",
         *_missing(building),
         *(f"Not used: {reason}" for reason in building.refused),
     )

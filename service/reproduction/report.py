@@ -13,16 +13,16 @@ from service.reproduction.simulated_tables import simulated_remarks, simulated_t
 
 TITLE = "The paper, reproduced"
 OPENING = (
-    'Every number that sections 7 and 8 print of "Using component mode synthesis to estimate the restoring force of '
-    'an isolation layer subjected to earthquakes" (John Wiley & Sons, 2008), beside what comes out here, by every '
-    "estimator there is; cms is the paper's own. Where the two differ the text says so; nothing was tuned to meet "
-    "the paper."
+    'This page compares every number printed in sections 7 and 8 of "Using component mode synthesis to estimate the '
+    'restoring force of an isolation layer subjected to earthquakes" (John Wiley & Sons, 2008) with the results of '
+    "each estimator here. cms is the paper's own estimator. The remarks say where and why the results differ. Nothing "
+    "was tuned to match the paper."
 )
 WITHOUT_RECORDS = (
-    "Section 8 is left out: no records of a real building were given. "
-    "The command menshin reproduce FILE... --building FILE takes them."
+    "Section 8 is left out, because no records of a real building were given. "
+    "To include it, run menshin reproduce FILE... --building FILE."
 )
-DRAWINGS = "Figures 1 to 5 and 17 of the paper are drawings and hold no result."
+DRAWINGS = "Figures 1 to 5 and 17 of the paper are drawings without results."
 
 
 @dataclass(frozen=True, slots=True, eq=False)

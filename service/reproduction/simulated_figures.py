@@ -40,7 +40,7 @@ ROOT_T = 1e3**-0.5
 """√kg in √t: of a coordinate of a mass-normalised mode."""
 WINDOW = 20.0
 """s, length of the histories in which two curves must be distinguishable."""
-SHOWN = f"the strongest {WINDOW:g} s; the fitting rate is of the whole record"
+SHOWN = f"The strongest {WINDOW:g} s are shown; fitting rates are for the whole record."
 
 
 def response_figures(run: Simulated) -> tuple[Figure, ...]:
@@ -59,7 +59,7 @@ def _ground(run: Simulated) -> Figure:
     return figure(
         6,
         "Ground acceleration",
-        f"{run.ground.name}, scaled to the {GAL * PEAK:.2f} gal of the record observed at Hiyoshi, which the paper "
+        f"{run.ground.name}, scaled to {GAL * PEAK:.2f} gal, the peak of the record observed at Hiyoshi that the paper "
         "shows here.",
         (histories(run.time, [Curve("ground", GAL * run.ground.acceleration)], "acceleration (gal)"),),
     )
@@ -74,15 +74,15 @@ def _accelerations(run: Simulated) -> Figure:
         for name, samples in levels.items()
     ]
     peaks = ", ".join(f"{name} {GAL * np.abs(samples).max():.1f}" for name, samples in levels.items())
-    caption = f"Exact, without noise. Largest values (gal): {peaks}. The paper prints no number of its own here."
+    caption = f"Exact, without noise. Largest values (gal): {peaks}. The paper prints no number here."
     return figure(7, "Acceleration response of the superstructure", caption, panels)
 
 
 def _loop(run: Simulated) -> Figure:
     x, force = MM * run.response.isolator_displacement, KN * run.response.force
     caption = (
-        f"Exact: up to {np.abs(x).max():.1f} mm and {np.abs(force).max():.0f} kN, with Table II's parameters. "
-        "The smaller a loop, the steeper it is."
+        f"Exact, with the parameters of Table II: up to {np.abs(x).max():.1f} mm and {np.abs(force).max():.0f} kN. "
+        "Smaller loops are steeper."
     )
     picture = loops(x, [Curve("exact", force)])
     return figure(8, "Restoring force of the isolation layer against displacement", caption, (picture,))
@@ -98,9 +98,9 @@ def _shapes(run: Simulated) -> Figure:
             title = f"({part}) {with_noise(noise)}, mode {mode + 1}"
             panels.append(profiles(LEVELS, curves, (MEASURED + 1).tolist(), title))
     caption = (
-        "Identified at the fourth storey and the roof (dots) and expanded to the other floors by eq 21, against the "
-        "analytic shapes. Between the sensors the expansion leaves out the inertia, which bends the second mode more "
-        "than the first. Table III has the paper's numbers and ours."
+        "Identified at the fourth storey and the roof (dots), expanded to the other floors by eq 21, and compared with "
+        "the analytic shapes. Between the sensors, the expansion neglects the inertia, which bends the second mode "
+        "more than the first. Table III has the paper's numbers and ours."
     )
     return figure(9, "Expanded and analytic mode shapes", caption, panels)
 
@@ -118,8 +118,8 @@ def _modal(run: Simulated) -> tuple[Figure, ...]:
         if not cases:
             continue
         fits = {noise: fitting_rate(run.modal[mode], case.modal[mode]) for noise, case in cases.items()}
-        said = "; ".join(f"{with_noise(noise)}: paper {paper[noise]}, ours {fit:.1f}" for noise, fit in fits.items())
-        caption = f"Eq 23; {SHOWN}. Fitting rate (%) at {said}."
+        said = "; at ".join(f"{with_noise(noise)}: paper {paper[noise]}, ours {fit:.1f}" for noise, fit in fits.items())
+        caption = f"By eq 23. {SHOWN} Fitting rate (%) at {said}."
         panels = [_modal_panel(run, case, mode, with_noise(noise)) for noise, case in cases.items()]
         title = f"Acceleration in the {ordinal[mode]} modal coordinate"
         figures.append(figure(10 + mode, title, caption, panels))
@@ -152,7 +152,7 @@ def _force(run: Simulated) -> Figure:
         panels.append(_overlay(run, forces, f"({part}) {with_noise(noise)}"))
         panels.append(_differences(run, forces, f"({part}) {with_noise(noise)}: estimated − exact"))
         said.append(f"{with_noise(noise)}: paper {published.FORCE_FIT[noise]}, ours {_fits(run, forces)}")
-    caption = f"Eq 10; {SHOWN}. Fitting rate (%) at {'; '.join(said)}."
+    caption = f"By eq 10. {SHOWN} Fitting rate (%) at {'; at '.join(said)}."
     return figure(12, "Estimated restoring force of the isolation layer", caption, panels)
 
 
@@ -166,9 +166,9 @@ def _loops(run: Simulated) -> Figure:
         for curve in estimates({name: KN * force.force[window] for name, force in case.forces.items()})
     ]
     caption = (
-        f"Over the exact displacement, the strongest {FEW_CYCLES:g} s. The paper finds its estimated loop distorted a "
-        f"lot. What distorts ours by {cms.NAME} is the inertia of the floors without a sensor, and the sensors' noise "
-        "on top of it."
+        f"Over the exact displacement, in the strongest {FEW_CYCLES:g} s. The paper finds its estimated loop strongly "
+        f"distorted. Our loop by {cms.NAME} is distorted by the inertia of the floors without a sensor and by the "
+        "sensors' noise."
     )
     return figure(13, "Estimated restoring force against displacement", caption, panels)
 
@@ -188,8 +188,8 @@ def _modes(run: Simulated) -> Figure:
     rates = {count: fitting_rate(run.response.force, force) for count, force in run.by_modes.items()}
     fits = ", ".join(f"{rate:.1f} % with {count}" for count, rate in rates.items())
     caption = (
-        f"By {cms.NAME}, {with_noise(LOW)}; {SHOWN}: {fits} modes. The paper finds the first "
-        "two acceptable; with two sensors above the base slab a third cannot change the force."
+        f"By {cms.NAME}, with {with_noise(LOW)}. {SHOWN} Fitting rate: {fits} modes. The paper finds the first two "
+        "modes acceptable. With two sensors above the base slab, a third mode cannot change the force."
     )
     return figure(14, "Effect of mode selection", caption, panels)
 
@@ -199,9 +199,9 @@ def _light(run: Simulated) -> Figure:
     scale = published.MASS_SCALE
     corrected = {name: force / scale for name, force in forces.items()}
     caption = (
-        f"All masses assumed {scale:g} times their own, {with_noise(LOW)}; {SHOWN}: {_fits(run, forces)}, and "
-        f"{_fits(run, corrected)} once divided by {scale:g}. The paper says that the "
-        "shape is kept and scaled by the same degree."
+        f"All masses are assumed to be {scale:g} times the true ones, with {with_noise(LOW)}. {SHOWN} Fitting rate "
+        f"(%): {_fits(run, forces)}; after division of the force by {scale:g}: {_fits(run, corrected)}. The paper says "
+        "that the shape is kept and scaled by the same factor."
     )
     return figure(15, "Effect of mass estimation: all masses scaled", caption, _with_differences(run, forces))
 
@@ -210,8 +210,9 @@ def _scattered(run: Simulated) -> Figure:
     forces = _series(run.scattered)
     corrected = {name: force / scattered_total() for name, force in forces.items()}
     caption = (
-        f"The masses assumed as the paper's draw, {with_noise(LOW)}; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
-        f"{_fits(run, forces)}, and {_fits(run, corrected)} with the right total mass."
+        f"The masses are assumed to be those of the paper's draw, with {with_noise(LOW)}. {SHOWN} Fitting rate (%): "
+        f"paper {published.SCATTERED_FIT}, ours {_fits(run, forces)}; with the right total mass: "
+        f"{_fits(run, corrected)}."
     )
     return figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(run, forces))
 

@@ -28,8 +28,9 @@ ALPHA = "0.0029"
 """Table II."""
 
 IDENTIFICATION = (
-    "Table III: the paper identifies the modes by N4SID of a Matlab toolbox. Here subspaces are weighted by canonical "
-    "variate analysis, poles are chosen by their stability over the orders, and the noise of the input is allowed for."
+    "Table III: the paper identifies the modes by N4SID with a Matlab toolbox. Here, subspaces are weighted by "
+    "canonical variate analysis, poles are chosen by their stability over the orders, and noise on the input is "
+    "accounted for."
 )
 
 
@@ -46,7 +47,8 @@ def _masses() -> Table:
         "Figures 5 and 16. Masses, and stiffness of the storey below",
         ("level", "ours (t)", "ours (kN/m)", "paper, Figure 16 (t)"),
         tuple(rows)[::-1],
-        note="What the paper prints in Figure 5 is lost; ours meets Table I, but is no recovery.",
+        note="The values that the paper prints in Figure 5 are not available. Ours give Table I, but may differ from "
+        "the paper's.",
     )
 
 
@@ -79,7 +81,7 @@ def _parameters() -> Table:
         ("A", NONE, f"{layer['A']:g}"),
         ("largest ground acceleration (gal), Figure 6", "70.13", f"{100 * PEAK:.2f}"),
     )
-    note = "Given, not found. The paper does not print A. Its ground motion is not at hand: see below."
+    note = "These are inputs, not results. The paper does not print A. Its ground motion is not available (see below)."
     return table("Table II. Parameter values", ("parameter", "paper", "ours"), rows, note=note)
 
 
@@ -101,7 +103,7 @@ def _shapes(run: Simulated) -> Table:
         for noise, case in run.cases.items()
         for mode in range(MODES)
     )
-    title = "Table III. Identified mode shapes of the superstructure: fourth storey, the roof being 1"
+    title = "Table III. Identified mode shapes of the superstructure at the fourth storey, relative to the roof"
     return table(title, ("", "paper", "analytic", *ours()), tuple(rows))
 
 
@@ -166,11 +168,11 @@ def simulated_remarks(run: Simulated) -> tuple[str, ...]:
 
 def _ground(run: Simulated) -> str:
     return (
-        "The record observed at Hiyoshi on 2005-07-23 does not come with this program. It is replaced by "
-        f"{run.ground.name}: at 100 Hz, 0.1-30 Hz, at rest before and after, scaled to 70.13 gal. Another record "
-        "moves every fitting rate by some points. The paper does not say how its noise is scaled; here it is white, "
-        "its standard deviation the given part of each channel's RMS, on all channels, one draw "
-        f"(seed {run.seed})."
+        "The record observed at Hiyoshi on 2005-07-23 is not included in this program. It is replaced by "
+        f"{run.ground.name}, at 100 Hz, filtered to 0.1-30 Hz, at rest before and after, and scaled to 70.13 gal. "
+        "Another record changes every fitting rate by some points. The paper does not say how its noise is scaled. "
+        "Here, all channels have white noise, whose standard deviation is the given percentage of the channel's RMS. "
+        f"There is one draw of it (seed {run.seed})."
     )
 
 
@@ -180,13 +182,14 @@ def _force_remarks(run: Simulated) -> tuple[str, ...]:
     low, high = (fitting_rate(truth, run.cases[noise].forces[cms.NAME].force) for noise in (LOW, HIGH))
     quiet = fitting_rate(truth, run.quiet_base[cms.NAME].force)
     return (
-        f"Figure 12: errors add in squares, so that {with_noise(HIGH)} adds {_added(papers[LOW], papers[HIGH]):.1f} % "
-        f"of the force's norm in the paper ({papers[LOW]} to {papers[HIGH]}), {_added(low, high):.1f} % by {cms.NAME} "
-        f"({low:.1f} to {high:.1f}), and {_added(low, quiet):.1f} % with noise above the base slab only. The paper's "
-        "fit is therefore not reproduced; it does not say how its noise was made, or filtered.",
-        "With as many modes as sensors the identified shapes cancel out of the force: it is F = -Σ m_i a_i over "
-        "statically interpolated floors. So noise in the shapes has little effect, and the fit without noise is "
-        "limited by the inertia of the floors without a sensor.",
+        f"Figure 12: the squares of errors add up. The step to {with_noise(HIGH)} therefore adds an error of "
+        f"{_added(papers[LOW], papers[HIGH]):.1f} % of the force's norm in the paper (fit from {papers[LOW]} to "
+        f"{papers[HIGH]}), {_added(low, high):.1f} % by {cms.NAME} (from {low:.1f} to {high:.1f}), and "
+        f"{_added(low, quiet):.1f} % by {cms.NAME} with noise above the base slab only. The fit that the paper prints "
+        "is not reproduced. The paper does not say how its noise was made or filtered.",
+        "With as many modes as sensors, the identified shapes cancel out of the force, which is then F = -Σ m_i a_i "
+        "over statically interpolated floors. Noise in the shapes therefore has little effect. The inertia of the "
+        "floors without a sensor limits the fit without noise.",
     )
 
 
@@ -199,14 +202,14 @@ def _mode_remarks(run: Simulated) -> tuple[str, ...]:
     fits = [[_modal_fit(run, noise, mode) for noise in (LOW, HIGH)] for mode in range(2)]
     losses = [low - high for low, high in fits if low is not None and high is not None]
     if len(losses) < len(fits):
-        return ("Figures 9 to 11 and 14 lack modes: under this motion not both of the first two are identified.",)
+        return ("Figures 9 to 11 and 14 lack modes, because not both of the first two were identified in this motion.",)
     papers = [paper[LOW] - paper[HIGH] for paper in (published.FIRST_MODAL_FIT, published.SECOND_MODAL_FIT)]
     return (
-        f"Figures 10 and 11: from {with_noise(LOW)} to {with_noise(HIGH)} the modal accelerations lose "
-        f"{losses[0]:.1f} and {losses[1]:.1f} points, in the paper {papers[0]:.1f} and {papers[1]:.1f}. The "
-        "pseudo-inverse passes the noise of all channels on to them, and the second mode is the weaker one. Only "
-        f"{cms.NAME} has modal coordinates.",
-        "Figure 14: with two sensors above the base slab the third mode leaves the force as it was.",
+        f"Figures 10 and 11: from {with_noise(LOW)} to {with_noise(HIGH)}, the fits of the modal accelerations fall by "
+        f"{losses[0]:.1f} and {losses[1]:.1f} points here, and by {papers[0]:.1f} and {papers[1]:.1f} points in the "
+        "paper. The pseudo-inverse passes the noise of all channels on to them, and the second mode is weaker than the "
+        f"first. Only {cms.NAME} has modal coordinates.",
+        "Figure 14: with two sensors above the base slab, the third mode does not change the force.",
     )
 
 
@@ -224,10 +227,12 @@ def _mass_remarks(run: Simulated) -> tuple[str, ...]:
     )
     papers = published.FORCE_FIT[LOW] - published.SCATTERED_FIT
     return (
-        f"Figure 15: as the paper says, the estimate keeps its shape and is scaled, by {published.MASS_SCALE:g} in the "
-        f"paper and here ({', '.join(slopes)}). No estimator can find the total mass from these sensors.",
-        f"Figure 16: the paper's draw has {scattered_total():.3f} times our building's total mass, so that little but "
-        f"the distribution is wrong; that costs ({', '.join(losses)}) points, and {papers:.1f} in the paper.",
+        "Figure 15: as the paper says, the estimate keeps its shape and is only scaled. The factor is "
+        f"{published.MASS_SCALE:g} in the paper; here it is: {', '.join(slopes)}. No estimator can determine the total "
+        "mass from these sensors.",
+        f"Figure 16: the total mass of the paper's draw is {scattered_total():.3f} times that of our building, so that "
+        f"nearly only the distribution is wrong. This lowers the fit by {papers:.1f} points in the paper, and here by: "
+        f"{', '.join(losses)}.",
     )
 
 

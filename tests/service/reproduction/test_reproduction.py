@@ -240,7 +240,7 @@ def test_modes_that_were_not_identified_leave_gaps_that_are_stated(seven: Simula
     shown = [figure.key for figure in (*response_figures(without), *force_figures(without))]
     assert shown == [f"figure-{number}" for number in (6, 7, 8, 12, 13, 15, 16)]
     section = report.sections(without, None)[0]
-    assert any("not both of the first two are identified" in remark for remark in section.remarks)
+    assert any("not both of the first two were identified" in remark for remark in section.remarks)
     fits = {row[0]: row[3] for row in section.tables[-1].rows}
     assert fits["10a"] == fits["11b"] == "–"
 
