@@ -71,7 +71,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("same law, misfit > 2 %: named first", "≥ 98 %", _share(strong, _named_first)),
         ("same law, misfit > 2 %: another named first", "≤ 1 %", _share(strong, _misnamed)),
         ("same law, misfit > 2 %: nothing more named", "", _share(strong, lambda o: len(o.named) <= 1)),
-        ("same law, misfit > 2 %: the set holds it", "≥ 98 %", _share(strong, _in_set)),
+        ("same law, misfit > 2 %: the set contains it", "≥ 98 %", _share(strong, _in_set)),
         ("same law, misfit > 2 %: size of the set", "≤ 1.5", _mean(len(o.sets[0]) for o in strong if o.sets)),
         ("same law, misfit > 2 %: residual / floor, median", "≤ 1.02", _quantile(strong, 0.5)),
         ("same law, misfit > 2 %: residual / floor, 90 %", "≤ 1.10", _quantile(strong, 0.9)),
@@ -89,7 +89,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("floor masses 20 % off: outcome unknown", "0", _share(wrong, _is("unknown"))),
         ("design values off: refit", "", _share(refit, _is("refit"))),
         ("two effects: both and no other", "≥ 90 %", _share(two, _both)),
-        ("two effects: the sets hold both", "", _share(two, _in_sets)),
+        ("two effects: the sets contain both", "", _share(two, _in_sets)),
         ("two effects: outcome unknown", "", _share(two, _is("unknown"))),
         ("a sensor errs: outcome sensor_fault", "≥ 95 %", _share(faults, _is("sensor_fault"))),
         ("a sensor errs: kind and channel's kind named", "≥ 95 %", _share(faults, _sensor_named)),
@@ -97,10 +97,10 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("a sensor errs and an effect is hidden: both named", "≥ 90 %", _share(both, _fault_and_effect)),
         ("a sensor errs and an effect is hidden: the fault named", "", _share(both, _sensor_named)),
         ("a sensor errs and an effect is hidden: the effect named first", "", _share(both, _named_first)),
-        ("beyond the fitted range: that said, or the family named", "", _share(beyond, _range_or_family)),
+        ("beyond the fitted range: this stated, or the family named", "", _share(beyond, _range_or_family)),
         ("beyond the fitted range: another family named", "0", _share(beyond, _another_family)),
-        ("in one direction only: that said of the family", "", _share(one_way, _said_of_x)),
-        ("in one direction only: something else said of one direction", "0", _share(one_way, _said_of_another)),
+        ("in one direction only: stated for the family", "", _share(one_way, _said_of_x)),
+        ("in one direction only: something else stated for one direction", "0", _share(one_way, _said_of_another)),
         ("mass 10 % off: outcome mass", "≥ 95 %", _share(mass, _is("mass"))),
         ("mass 10 % off: an effect blamed", "0", _share(mass, _blamed)),
         ("a storey softened: outcome superstructure", "≥ 95 %", _share(storey, _is("superstructure"))),
@@ -110,9 +110,9 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ("new earthquake, other law: displacement NRMSE, median", "≤ 3 %", _percent(_predicted(others))),
         ("processor time of a diagnosis, median", "1 s", _seconds(rows)),
     )
-    about = f"{len(rows)} trials with odd seeds: another building, other motions and other values in each."
+    about = f"{len(rows)} trials with odd seeds. Each has a different building, and different motions and values."
     return [
-        Table("What the diagnosis made of hidden effects", about, ("what", "goal", "reached"), asked),
+        Table("Outcomes of the diagnosis", about, ("what", "goal", "reached"), asked),
         _by_noise(rows),
         _wrong(rows),
     ]
@@ -124,7 +124,7 @@ def _by_noise(rows: Sequence[Row]) -> Table:
         (question.what, *(_share([one for one in of if one.noise == level], question.is_right) for level in levels))
         for question, of in _asked(rows)
     )
-    about = "Noise of every channel over its root mean square."
+    about = "Noise of every channel, relative to its root mean square."
     return Table("The same by noise", about, ("right", *(f"{100 * level:.0f} % noise" for level in levels)), shares)
 
 
@@ -143,10 +143,10 @@ def _wrong(rows: Sequence[Row]) -> Table:
         if not question.is_right(one)
     )
     about = (
-        "Misfit is what is hidden over the force. An effect or a sensor stands behind the outcome where one was named, "
-        "and `unknown` where something was said to remain that no effect explains."
+        "Misfit: the hidden part of the force, relative to the force. The outcome is followed by the effects or "
+        "sensors that were named, and by `unknown` if the diagnosis stated that something remains which no effect explains."
     )
-    return Table("Every trial that went wrong", about, ("of", "case, seed", "noise", "misfit", "what was said"), lines)
+    return Table("Every trial that went wrong", about, ("of", "case, seed", "noise", "misfit", "outcome"), lines)
 
 
 def _asked(rows: Sequence[Row]) -> list[tuple[Criterion, list[Row]]]:
@@ -309,12 +309,12 @@ QUESTIONS = (
         _fault_and_effect,
     ),
     Criterion(
-        "beyond the fitted range: that said, or the family named",
+        "beyond the fitted range: this stated, or the family named",
         _CASES["beyond the fitted range"],
         _always,
         _range_or_family,
     ),
-    Criterion("in one direction only: that said of the family", ONE_DIRECTION, _always, _said_of_x),
+    Criterion("in one direction only: stated for the family", ONE_DIRECTION, _always, _said_of_x),
     Criterion("mass 10 % off: outcome mass", _CASES["mass 10 % off"], _always, _is("mass")),
     Criterion("a storey softened: outcome superstructure", _CASES["a storey softened"], _always, _is("superstructure")),
 )

@@ -195,17 +195,17 @@ def read(kept: Path) -> list[tuple[str, int, list[dict[str, object]]]]:
 
 
 def tables(trials: Sequence[tuple[str, int, list[dict[str, object]]]]) -> list[Table]:
-    """Share of forecasts that hold the truth, those in range and those that say that they are not."""
+    """Share of forecasts whose interval contains the truth, those in range and those that say that they are not."""
     failed = [one for _, _, found in trials for one in found if "error" in one]
     every = [Row(**one) for _, _, found in trials for one in found if "error" not in one]  # type: ignore[arg-type]
     fitted = [(str(number), name) for number, name in enumerate(NAMES.values())]
     count = sum(one.quantity == "displacement" for one in every)
     about = (
-        f"{len(trials)} buildings, each with another hidden effect or none, {count} forecasts; {len(failed)} could not "
-        "be made. Held: the 95 % interval contains the true peak. Width: half the interval, "
-        "median. Missed at all: neither held nor said to be out of range."
+        f"{len(trials)} buildings, each with a different hidden effect or none, and {count} forecasts; {len(failed)} "
+        "could not be made. Contained: the 95 % interval contains the true peak. Width: half the width of the "
+        "interval, median. Missed: not contained, and not stated to be out of range."
     )
-    columns = ("fitted, forecast", "peak", "forecasts", "out of range", "in range: held", "width", "missed at all")
+    columns = ("fitted, forecast", "peak", "forecasts", "out of range", "in range: contained", "width", "missed")
     lines = []
     for number, name in [*fitted, ("", "all")]:
         for quantity in ("displacement", "acceleration"):

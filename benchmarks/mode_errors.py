@@ -109,9 +109,9 @@ def _figures(found: Sequence[Found]) -> tuple[str, ...]:
 def main() -> None:
     """Onto the screen."""
     about = (
-        f"The paper's building and sensors, {len(MOTIONS)} recorded motions, {SEEDS} draws of noise on each, on input "
-        "and outputs. Errors are means of absolute values in %; covered is the share of intervals of ± 1.96 standard "
-        "deviations that hold the truth, in %. Time is that of the refinement, the median."
+        f"The paper's building and sensors, {len(MOTIONS)} recorded motions, {SEEDS} draws of noise for each, on input "
+        "and outputs. Errors are means of absolute values in %. Covered: share of intervals of ± 1.96 standard "
+        "deviations that contain the true value, in %. The time is the median of the refinement."
     )
     head = (
         "noise",

@@ -51,7 +51,7 @@ def _rows() -> Iterator[tuple[str, ...]]:
 def table() -> Table:
     """Goals, what the estimator reaches, and the bounds."""
     about = (
-        f"Fit in % for {' / '.join(TESTS)}. The last two columns are fitted to the exact force of the very test: one "
+        f"Fit in % for {' / '.join(TESTS)}. The last two columns are fitted to the exact force of the same test: one "
         f"weight for each channel, and {len(EDGES) - 1} complex weights, one for each band of frequencies."
     )
     headings = ("floors", "goal", "smoother", "best fixed weights", "best weights by band")

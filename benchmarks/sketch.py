@@ -99,7 +99,7 @@ def table(rows: list[Row]) -> Table:
     """Trials by case."""
     return Table(
         "Laws outside the library",
-        "One trial in a row of the kept file; a share that is taken counts where a law was proposed, 0 otherwise.",
+        "Share: the part of the excess error that the proposed law takes; 0 if no law was proposed.",
         ("hidden", "trials", "proposed", "takes half or more, held out", "median share, held out"),
         tuple(_lines(rows)),
     )

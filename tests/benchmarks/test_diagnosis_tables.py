@@ -53,14 +53,14 @@ def test_a_pair_counts_as_held_only_if_each_effect_is_in_a_set_of_its_own() -> N
     missed = replace(pair, sets=(("relief", "friction"), ("breakaway",)))
     one = replace(pair, sets=(("relief", "friction"),))
     whole, *_ = tables([held, missed, one])
-    assert cells(whole, "two effects: the sets hold both") == ("", "33.3 % (1 of 3)")
+    assert cells(whole, "two effects: the sets contain both") == ("", "33.3 % (1 of 3)")
 
 
 def test_beyond_the_fitted_range_either_that_is_said_or_the_family_named() -> None:
     beyond = replace(RIGHT, case="moat+weak", hidden=("moat",), named=("hardening",))
     said = replace(beyond, outcome="out_of_range", named=(), sets=())
     whole, _, wrong = tables([beyond, said, replace(beyond, seed=3, named=("friction",))])
-    assert cells(whole, "beyond the fitted range: that said, or the family named") == ("", "66.7 % (2 of 3)")
+    assert cells(whole, "beyond the fitted range: this stated, or the family named") == ("", "66.7 % (2 of 3)")
     assert cells(whole, "beyond the fitted range: another family named") == ("0", "33.3 % (1 of 3)")
     assert wrong.rows == (("beyond the fitted range", "moat+weak, 3", "1 %", "5.0 %", "effect, friction"),)
 
