@@ -144,7 +144,8 @@ def _wrong(rows: Sequence[Row]) -> Table:
     )
     about = (
         "Misfit: the hidden part of the force, relative to the force. The outcome is followed by the effects or "
-        "sensors that were named, and by `unknown` if the diagnosis stated that something remains which no effect explains."
+        "sensors that were named, and by `unknown` if the diagnosis stated that something remains which no effect "
+        "explains."
     )
     return Table("Every trial that went wrong", about, ("of", "case, seed", "noise", "misfit", "outcome"), lines)
 
