@@ -72,15 +72,15 @@ class Settings(BaseSettings):
         description="SQLAlchemy address of the database: sqlite:///file or postgresql://user:password@host/name",
     )
     host: str = Field(default="127.0.0.1", description="address that the API listens on")
-    port: int = Field(default=8000, ge=0, le=65535, description="port that the API listens on; 0 takes a free one")
+    port: int = Field(default=8000, ge=0, le=65535, description="port that the API listens on; 0: any free port")
     public_url: str | None = Field(
         default=None, description="address of the pages, such as https://menshin.example.org; messages link to it"
     )
     log_level: Literal["debug", "info", "warning", "error"] = Field(
-        default="info", description="lowest level of the lines in the log"
+        default="info", description="lowest level that is logged"
     )
     log_format: Literal["text", "json"] = Field(
-        default="text", description="form of the lines in the log: text, or json, one object a line; see running.md"
+        default="text", description="format of the log: text, or json with one object per line; see running.md"
     )
     trusted_proxies: tuple[str, ...] = Field(
         default=(),
@@ -88,13 +88,15 @@ class Settings(BaseSettings):
         "security.md",
     )
     max_connections: Annotated[int, Field(ge=8)] = Field(
-        default=512, description="simultaneous connections to the API; fewer where the limit of open files is low"
+        default=512,
+        description="largest number of simultaneous connections to the API; fewer if the limit of open files is low",
     )
     max_dataselect_samples: Count = Field(
-        default=30_000_000, description="samples of the largest answer of /fdsnws/dataselect"
+        default=30_000_000, description="largest number of samples in an answer of /fdsnws/dataselect"
     )
     progress_timeout: Seconds = Field(
-        default=30.0, description="s without news after which a stream of a job's progress ends; browsers reconnect"
+        default=30.0,
+        description="seconds without news after which the stream of a job's progress ends; browsers then reconnect",
     )
     effects_folder: Path | None = Field(
         default=None, description="folder with effects of your own, one Python file each; see effects-own.md"

@@ -23,9 +23,11 @@ class Login(Group):
     """Browser sessions."""
 
     idle_timeout: Seconds = Field(
-        default=43_200.0, description="s without a request after which a browser must log in again"
+        default=43_200.0, description="seconds without a request after which a browser must log in again"
     )
-    lifetime: Seconds = Field(default=604_800.0, description="s after which a browser must log in again in any case")
+    lifetime: Seconds = Field(
+        default=604_800.0, description="seconds after which a browser must log in again in any case"
+    )
 
 
 class OidcGrant(Group):
@@ -41,8 +43,7 @@ class Oidc(Group):
 
     issuer: str | None = Field(
         default=None,
-        description="address of the sign-in provider, exactly as its tokens have it; without it no sign-in; see "
-        "security.md",
+        description="address of the sign-in provider, exactly as in its tokens; none: no sign-in; see security.md",
     )
     client_id: str | None = Field(default=None, description="name of the service at the provider")
     client_secret: SecretStr | None = Field(
@@ -52,18 +53,21 @@ class Oidc(Group):
     scopes: tuple[str, ...] = Field(default=("openid", "profile"), description="scopes that are requested")
     name_claim: str = Field(
         default="preferred_username",
-        description="claim with the name of the person for pages and the audit trail; where it is absent, the "
-        "person's number at the provider (sub)",
+        description="claim with the name of the person for pages and the audit trail; if it is absent, the "
+        "person's identifier at the provider (sub) is used",
     )
     groups_claim: str = Field(
-        default="groups", description="claim with the groups of the person; dots lead into objects"
+        default="groups", description="claim with the groups of the person; dots separate the names of nested objects"
     )
     grants: tuple[OidcGrant, ...] = Field(
-        default=(), description="role of each group: a list of group, role and, for some buildings alone, buildings"
+        default=(),
+        description="roles of groups: a list with group, role and, to limit the role to some buildings, buildings",
     )
-    timeout: Seconds = Field(default=10.0, description="s that the exchange with the provider may take at a sign-in")
+    timeout: Seconds = Field(
+        default=10.0, description="seconds that the exchange with the provider may take during a sign-in"
+    )
     session_lifetime: Seconds = Field(
-        default=43_200.0, description="s after which a person must sign in again; groups are read at sign-in"
+        default=43_200.0, description="seconds after which a person must sign in again; groups are read at sign-in"
     )
 
     @field_validator("issuer")
@@ -90,21 +94,23 @@ class Oidc(Group):
 class Polling(Group):
     """Requests to monitoring servers."""
 
-    interval: Seconds = Field(default=60.0, description="s between two polls of a source")
+    interval: Seconds = Field(default=60.0, description="seconds between two polls of a source")
     concurrency: Count = Field(default=4, description="simultaneous requests to one source")
-    timeout: Seconds = Field(default=30.0, description="s without a byte after which a request is given up")
-    retries: int = Field(default=3, ge=0, description="repetitions of a failed request, at growing intervals")
+    timeout: Seconds = Field(default=30.0, description="seconds without a byte after which a request is given up")
+    retries: int = Field(default=3, ge=0, description="how often a failed request is repeated, at growing intervals")
     retry_delay: Seconds = Field(
-        default=1.0, description="s before the first repetition; each further one waits twice as long"
+        default=1.0, description="seconds before the first repetition; the wait doubles before each further one"
     )
     max_answer_bytes: Count = Field(
         default=256 * 2**20, description="bytes of the largest file or answer that is accepted"
     )
     late_data: float = Field(
-        default=3600.0, ge=0, description="s for which data that a server (fdsnws) does not have yet is requested again"
+        default=3600.0,
+        ge=0,
+        description="seconds during which data that a server (fdsnws) does not have yet is requested again",
     )
     settle_time: float = Field(
-        default=2.0, ge=0, description="s that a file must have been left unchanged before it is read"
+        default=2.0, ge=0, description="seconds that a file must have been left unchanged before it is read"
     )
 
 
@@ -112,7 +118,8 @@ class Parser(Group):
     """Limits of the process that reads one file."""
 
     time_limit: Seconds = Field(
-        default=30.0, description="s of processor time, or twice as many on the clock, that reading one file may take"
+        default=30.0,
+        description="seconds of processor time, or twice as many by the clock, that reading one file may take",
     )
     memory_limit: Annotated[int, Field(ge=2**26)] = Field(
         default=2 * 2**30, description="bytes of memory that reading one file may take"
@@ -123,29 +130,29 @@ class Event(Group):
     """Files that belong to one earthquake."""
 
     grace: float = Field(
-        default=120.0, ge=0, description="s after its last file that an event waits for missing channels"
+        default=120.0, ge=0, description="seconds that an event waits for missing channels after its last file"
     )
     tolerance: float = Field(
-        default=5.0, ge=0, description="s between two files that may still belong to one earthquake"
+        default=5.0, ge=0, description="largest gap in seconds between two files of one earthquake"
     )
     longest: Seconds = Field(
         default=10_800.0,
-        description="s, longest earthquake: longer records of events are rejected, and longer windows of continuous "
-        "ones are cut",
+        description="longest earthquake in seconds: longer records of events are rejected, and longer "
+        "windows of continuous records are cut",
     )
 
 
 class Trigger(Group):
     """The STA/LTA trigger for continuous records."""
 
-    short_window: Seconds = Field(default=1.0, description="s, short-term window of the STA/LTA trigger")
-    long_window: Seconds = Field(default=30.0, description="s, long-term window of the STA/LTA trigger")
+    short_window: Seconds = Field(default=1.0, description="short-term window of the STA/LTA trigger in seconds")
+    long_window: Seconds = Field(default=30.0, description="long-term window of the STA/LTA trigger in seconds")
     on: Annotated[float, Field(gt=1)] = Field(default=4.0, description="STA/LTA ratio that begins an event")
     off: Annotated[float, Field(gt=0)] = Field(default=1.5, description="STA/LTA ratio that ends an event")
     channels: Count = Field(default=2, description="channels that must trigger together")
-    floor: float = Field(default=0.005, ge=0, description="m/s², smallest peak acceleration of an event")
-    before: Seconds = Field(default=30.0, description="s kept before a trigger")
-    after: Seconds = Field(default=60.0, description="s kept after a trigger")
+    floor: float = Field(default=0.005, ge=0, description="smallest peak acceleration of an event in m/s²")
+    before: Seconds = Field(default=30.0, description="seconds kept before a trigger")
+    after: Seconds = Field(default=60.0, description="seconds kept after a trigger")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -163,25 +170,25 @@ class Stream(Group):
     """Live streams."""
 
     keep: Annotated[float, Field(ge=600)] = Field(
-        default=86_400.0, description="s for which the packets of a live stream are kept"
+        default=86_400.0, description="seconds during which the packets of a live stream are kept"
     )
     after: Seconds = Field(
-        default=20.0, description="s kept after the shaking in a live stream, where trigger.after serves files"
+        default=20.0, description="seconds kept after the shaking in a live stream; for files, trigger.after applies"
     )
     announced: float = Field(
         default=0.08,
         ge=0,
-        description="m/s², acceleration from which an early message is sent while a live stream shows the shaking; "
-        "about JMA intensity 3",
+        description="acceleration in m/s² from which an early message is sent while a live stream shows the "
+        "shaking; the default is about JMA intensity 3",
     )
     silence: Annotated[float, Field(ge=1)] = Field(
         default=120.0,
-        description="s without a packet after which a live stream counts as failing and is connected anew",
+        description="seconds without a packet after which a live stream counts as failing and is reconnected",
     )
     patience: Seconds = Field(
         default=15.0,
-        description="s without news of a channel after which an earthquake is cut out of a live stream without it; "
-        "what comes later is added",
+        description="seconds without data of a channel after which an earthquake is cut from a live stream "
+        "without this channel; later data is added",
     )
 
 
@@ -189,9 +196,13 @@ class Jobs(Group):
     """Execution of jobs."""
 
     workers: Count = Field(default_factory=lambda: os.cpu_count() or 1, description="simultaneous analyses")
-    lease: Seconds = Field(default=120.0, description="s after which a silent worker's job is given to another one")
+    lease: Seconds = Field(
+        default=120.0, description="seconds after which a silent worker's job is given to another one"
+    )
     attempts: Count = Field(default=3, description="attempts after which a job counts as failed")
-    time_limit: Seconds = Field(default=3600.0, description="s that one attempt at a job may take before it is stopped")
+    time_limit: Seconds = Field(
+        default=3600.0, description="seconds that one attempt at a job may take before it is stopped"
+    )
     executor: Literal["local", "dask"] = Field(
         default="local", description="where analyses run: processes of this machine, or a Dask cluster"
     )
@@ -200,7 +211,7 @@ class Jobs(Group):
         default=None, description="file with the certificate authority of a Dask cluster with TLS (tls://...)"
     )
     dask_tls_certificate: Path | None = Field(
-        default=None, description="file with the certificate by which the scheduler knows this process"
+        default=None, description="file with the certificate by which the scheduler recognises this process"
     )
     dask_tls_key: Path | None = Field(default=None, description="file with the key of that certificate")
 
@@ -209,7 +220,7 @@ class Jobs(Group):
         description="GB of analyses kept on disk for later commands and jobs, in the user's cache folder; 0: none",
     )
     warm: bool = Field(
-        default=True, description="idle processes load what work on models needs, some 320 MB each, before it comes"
+        default=True, description="whether idle processes load in advance what work on models needs, about 320 MB each"
     )
 
     @model_validator(mode="after")
@@ -230,12 +241,14 @@ class Analysis(Group):
     estimator: Literal["smoother", "cms"] = Field(
         default="smoother", description="estimator of the restoring force: smoother or cms"
     )
-    rate: Annotated[float, Field(gt=0)] = Field(default=100.0, description="Hz, to which records are resampled")
-    band: tuple[float, float] = Field(default=(0.1, 30.0), description="Hz, pass band of all estimates")
+    rate: Annotated[float, Field(gt=0)] = Field(
+        default=100.0, description="sampling rate in Hz to which records are resampled"
+    )
+    band: tuple[float, float] = Field(default=(0.1, 30.0), description="pass band of all estimates in Hz")
     integral: Literal["recorded", "restored"] = Field(
         default="recorded",
-        description="motion from a displacement channel that was integrated from accelerations: recorded, or restored, "
-        "with the slow motion that its high-pass removed",
+        description="motion used from a displacement channel that was integrated from accelerations: "
+        "recorded, or restored, which includes the slow motion that its high-pass filter removed",
     )
 
     @model_validator(mode="after")
@@ -251,30 +264,30 @@ class Analysis(Group):
 class DataHealth(Group):
     """Conditions under which missing data raises an alert."""
 
-    interval: Seconds = Field(default=60.0, description="s between two checks of data health")
+    interval: Seconds = Field(default=60.0, description="seconds between two checks of data health")
     source_timeout: Seconds = Field(
-        default=3600.0, description="s for which a source may fail, or one poll of it last, before an alert"
+        default=3600.0, description="seconds that a source may fail, or that one poll of it may last, before an alert"
     )
     continuous_timeout: Seconds = Field(
-        default=7200.0, description="s without a good record from a continuous source before an alert"
+        default=7200.0, description="seconds without a good record from a continuous source before an alert"
     )
     event_silence_timeout: Seconds = Field(
-        default=31_536_000.0, description="s without a good record from a source of events before an alert"
+        default=31_536_000.0, description="seconds without a good record from a source of events before an alert"
     )
     channel_misses: Count = Field(
-        default=3, description="earthquakes in a row without a good record of a channel before an alert"
+        default=3, description="consecutive earthquakes without a good record of a channel before an alert"
     )
     rejected_age: Seconds = Field(
-        default=604_800.0, description="s for which a file that could not be used keeps an alert active"
+        default=604_800.0, description="seconds during which a file that could not be used keeps an alert active"
     )
     clock_tolerance: Seconds = Field(
-        default=60.0, description="s by which the recorder's or the server's clock may be off before an alert"
+        default=60.0, description="seconds by which the recorder's or the server's clock may be off before an alert"
     )
     worker_timeout: Seconds = Field(
-        default=1800.0, description="s for which jobs may wait without an active worker before an alert"
+        default=1800.0, description="seconds that jobs may wait without an active worker before an alert"
     )
     disk_reserve: int = Field(
-        default=2 * 2**30, ge=0, description="bytes to keep free for an SQLite database; less raises an alert"
+        default=2 * 2**30, ge=0, description="bytes that must be free for an SQLite database; fewer raise an alert"
     )
 
 
@@ -283,32 +296,32 @@ class Retention(Group):
 
     superseded_histories: Annotated[float, Field(ge=0)] | None = Field(
         default=None,
-        description="s after which 'menshin prune' deletes the histories of an analysis that a later one superseded; "
-        "none: they are kept",
+        description="seconds after which 'menshin prune' deletes the histories of an analysis that a later "
+        "one superseded; none: they are kept",
     )
     superseded_analyses: Annotated[float, Field(ge=86_400)] | None = Field(
         default=None,
-        description="s after which 'menshin prune' deletes an analysis that a later one superseded, with all its "
-        "numbers; none: they are kept",
+        description="seconds after which 'menshin prune' deletes an analysis that a later one superseded, "
+        "with all its numbers; none: they are kept",
     )
     original_files: Annotated[float, Field(ge=86_400)] | None = Field(
         default=None,
-        description="s after their arrival after which 'menshin prune' deletes original files that were read; none: "
-        "they are kept",
+        description="seconds after which 'menshin prune' deletes original files that were read, counted from their "
+        "arrival; none: they are kept",
     )
     jobs: Annotated[float, Field(ge=86_400)] | None = Field(
         default=None,
-        description="s after their end after which 'menshin prune' deletes jobs, and the results that only they have; "
-        "none: they are kept",
+        description="seconds after which 'menshin prune' deletes jobs, counted from their end, with the results that "
+        "only they have; none: they are kept",
     )
     messages: Annotated[float, Field(ge=604_800)] | None = Field(
         default=None,
-        description="s after which 'menshin prune' deletes a message that a later one followed, with its deliveries; "
-        "none: they are kept",
+        description="seconds after which 'menshin prune' deletes a message that was followed by a later one, "
+        "with its deliveries; none: they are kept",
     )
     audit_trail: Annotated[float, Field(ge=604_800)] | None = Field(
         default=None,
-        description="s after which 'menshin prune' deletes entries of the audit trail; none: they are kept",
+        description="seconds after which 'menshin prune' deletes entries of the audit trail; none: they are kept",
     )
 
 
@@ -321,14 +334,15 @@ class Storage(Group):
         "store; none: in the database; see storage.md",
     )
     s3_endpoint: str | None = Field(
-        default=None, description="address of the S3-compatible store, such as https://s3.example.org; none: Amazon's"
+        default=None,
+        description="address of the S3-compatible store, such as https://s3.example.org; none: that of Amazon",
     )
     s3_access_key: SecretStr | None = Field(
-        default=None, description="access key of the store; none: as the variables and files of AWS say"
+        default=None, description="access key of the store; none: the one in the variables and files of AWS"
     )
-    s3_secret_key: SecretStr | None = Field(default=None, description="secret key that belongs to it")
+    s3_secret_key: SecretStr | None = Field(default=None, description="secret key that belongs to this access key")
     timeout: Seconds = Field(
-        default=30.0, description="s without a byte after which a request to the store is given up"
+        default=30.0, description="seconds without a byte after which a request to the store is given up"
     )
 
     @field_validator("originals")
@@ -364,14 +378,14 @@ class Storage(Group):
 class Smtp(Group):
     """The outgoing mail server."""
 
-    host: str | None = Field(default=None, description="outgoing mail server; without it no mail is sent")
+    host: str | None = Field(default=None, description="outgoing mail server; none: no mail is sent")
     port: int = Field(default=587, ge=1, le=65535, description="port of the mail server")
     security: Literal["starttls", "tls", "none"] = Field(
         default="starttls", description="starttls, tls (from the first byte, often port 465) or none"
     )
     user: str | None = Field(default=None, description="user name at the mail server")
     password: SecretStr | None = Field(default=None, description="password at the mail server")
-    sender: str = Field(default="menshin@localhost", description="address that mail comes from")
+    sender: str = Field(default="menshin@localhost", description="sender's address of the mail")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -384,27 +398,29 @@ class Notify(Group):
     """Messages and their delivery."""
 
     max_event_age: Seconds = Field(
-        default=172_800.0, description="s after its end for which an earthquake is reported; later only if it alarms"
+        default=172_800.0,
+        description="seconds after its end during which an earthquake is reported; after that only if it "
+        "raises an alarm",
     )
     reminder_interval: float = Field(
-        default=604_800.0, ge=0, description="s between reminders of an alert that is not acknowledged; 0: none"
+        default=604_800.0, ge=0, description="seconds between reminders of an alert that is not acknowledged; 0: none"
     )
     allowed_private_hosts: tuple[str, ...] = Field(
         default=(),
-        description="names of hosts, and networks such as 10.1.0.0/16, that messages may go to although they are not "
-        "public",
+        description="names of hosts, and networks such as 10.1.0.0/16, to which messages may be sent "
+        "although they are not public",
     )
     allow_plain_http: bool = Field(
-        default=False, description="whether messages may go to addresses that begin with http://"
+        default=False, description="whether messages may be sent to addresses that begin with http://"
     )
-    timeout: Seconds = Field(default=30.0, description="s that an attempt to deliver a message may take")
-    attempts: Count = Field(default=30, description="attempts to deliver a message to a recipient")
+    timeout: Seconds = Field(default=30.0, description="seconds that one attempt to deliver a message may take")
+    attempts: Count = Field(default=30, description="largest number of attempts to deliver a message to a recipient")
     retry_delay: Seconds = Field(
-        default=10.0, description="s before the second attempt; each further one waits about twice as long"
+        default=10.0, description="seconds before the second attempt; the wait about doubles before each further one"
     )
-    longest_delay: Seconds = Field(default=3600.0, description="s between two attempts at most")
+    longest_delay: Seconds = Field(default=3600.0, description="longest wait in seconds between two attempts")
     alertmanager_interval: Seconds = Field(
-        default=60.0, description="s between two repetitions of active alerts to an Alertmanager"
+        default=60.0, description="seconds between two repetitions of active alerts to an Alertmanager"
     )
 
 
@@ -412,9 +428,10 @@ class Heartbeat(Group):
     """The external watchdog of the service."""
 
     url: SecretStr | None = Field(
-        default=None, description="external address that is requested while the service works; see messages.md"
+        default=None,
+        description="external address that is requested regularly while the service works; see messages.md",
     )
-    interval: Seconds = Field(default=60.0, description="s between two heartbeats")
+    interval: Seconds = Field(default=60.0, description="seconds between two heartbeats")
 
 
 class Traces(Group):
@@ -422,10 +439,10 @@ class Traces(Group):
 
     endpoint: str | None = Field(
         default=None,
-        description="address of an OTLP receiver (HTTP), such as http://127.0.0.1:4318; without it no traces; needs "
-        "the extra traces; see running.md",
+        description="address of an OTLP receiver (HTTP), such as http://127.0.0.1:4318; none: no traces; "
+        "needs the extra traces; see running.md",
     )
-    share: Annotated[float, Field(ge=0, le=1)] = Field(default=1.0, description="part of all traces that is sent")
+    share: Annotated[float, Field(ge=0, le=1)] = Field(default=1.0, description="share of all traces that is sent")
 
     @field_validator("endpoint")
     @classmethod
