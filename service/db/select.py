@@ -1,12 +1,11 @@
 """Parts of queries: pages of lists, and periods."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeVar
 
 from sqlalchemy import BindParameter, Integer, Row, Select, bindparam
-from sqlalchemy.orm import InstrumentedAttribute, Session
+from sqlalchemy.orm import InstrumentedAttribute
 
 from service.records.tables import Event
 
@@ -45,11 +44,6 @@ class Span:
         if self.after is not None:
             query = query.where(Event.start >= self.after)
         return query if self.before is None else query.where(Event.start < self.before)
-
-
-def lines(session: Session, query: Question) -> Sequence[Line]:
-    """All rows of a query for columns alone, read without the ORM, which takes twice as long for thousands of rows."""
-    return session.connection().execute(query).all()
 
 
 def numbers(name: str) -> BindParameter[int]:

@@ -18,7 +18,7 @@ from service.alerts.tables import Alert
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building
 from service.db.process_leases import NOTIFYING, POLLING, WORKING
-from service.db.select import Question, lines
+from service.db.select import Question
 from service.jobs.tables import Job, Lease
 from service.notify.tables import Delivery, Receiver
 from service.records.streams import flow
@@ -158,11 +158,11 @@ def _by_building(session: Session, rows: Question) -> Counted:
 
 
 def _counted(session: Session, query: Question) -> Counted:
-    return {label: float(number) for label, number in lines(session, query)}
+    return {label: float(number) for label, number in session.execute(query)}
 
 
 def _times(session: Session, query: Question) -> Counted:
-    return {label: time.timestamp() for label, time in lines(session, query) if time is not None}
+    return {label: time.timestamp() for label, time in session.execute(query) if time is not None}
 
 
 GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {

@@ -16,7 +16,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from service.buildings.tables import Building
-from service.db.select import Question, lines
+from service.db.select import Question
 from service.verdict import reading
 from service.verdict.checks import LEVELS, Level
 from service.verdict.tables import BuildingLevel
@@ -199,7 +199,7 @@ def tally(session: Session, wanted: Selection, without: Collection[int]) -> Tall
 
 def ranks_by_code(session: Session) -> Mapping[str, int]:
     """Rank of every building by its code: as stored, or as assessed now where none has been stored yet."""
-    every = lines(session, _joined(select(Building.id, Building.code, BuildingLevel.rank)))
+    every = session.execute(_joined(select(Building.id, Building.code, BuildingLevel.rank))).all()
     new = [number for number, _, rank in every if rank is None]
     assessed = reading.of_buildings(session, new[:TOGETHER]) if new else {}
     undecided = Level.UNDECIDED.rank
