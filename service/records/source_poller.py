@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import tracing
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile, SourceFile
+from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db.sessions import reading
 from service.errors import StoreAwayError
@@ -139,7 +140,7 @@ class SourcePoller:
             return True
         if found.is_to_read_again or found.is_to_read:  # stored by an interrupted poll, or readable by now
             with self.sessions.begin() as session:
-                first = self._next_begun(session, building)
+                first = self._next_begun(session, locked(session, building.id))
             self._read(building, first)
         if described.source is None or self.stopped():
             return True
@@ -289,6 +290,7 @@ class SourcePoller:
                     log.exception("reading recording %d of %s failed", number, building.code)
                 failed.append(number)
                 with self.sessions.begin() as session:
+                    locked(session, building.id)  # before two of its recordings change
                     reading_failed(session.get_one(Recording, number), error, settings=self.settings)
                     begun = self._next_begun(session, building, failed)
 
