@@ -39,7 +39,8 @@ def analyse(
     ],
     building: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="Building file (TOML).")],
     json: Annotated[
-        Path | None, typer.Option(help="Write the results here; of several events, each with its start in the name.")
+        Path | None,
+        typer.Option(help="Write the results here; several events get a file each, with the start in its name."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -60,12 +61,12 @@ def analyse(
     integral: Annotated[
         str | None,
         typer.Option(
-            help="Motion from a displacement channel that was integrated from accelerations: recorded or restored; "
-            "default: the setting of this name."
+            help="Motion used from a displacement channel that was integrated from accelerations: recorded or "
+            "restored; default: the setting of this name."
         ),
     ] = None,
 ) -> None:
-    """Analyse the events in some files: restoring force, modes, equivalent stiffness and damping.
+    """Analyse the events in record files: restoring force, modes, equivalent stiffness and damping.
 
     Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
     """
@@ -80,7 +81,7 @@ def analyse(
     except FormatError as error:
         end(str(error), REFUSED)
     if not earthquakes:
-        raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
+        raise typer.BadParameter("none of the files contains records", param_hint="FILE...")
     stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(earthquakes) > 1 else "" for event in earthquakes]
     kept, digest = kept_analyses(), description_digest(building)
     results = [

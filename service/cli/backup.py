@@ -15,7 +15,7 @@ app = typer.Typer()
 def backup(file: Annotated[Path, typer.Argument(dir_okay=False, help="File to write, which must not exist.")]) -> None:
     """Copy the SQLite database to a file while the service runs, and check the copy.
 
-    A database of PostgreSQL is backed up by pg_dump. Exit code 0: the copy is whole; 1: there is none, for the reason
+    For a PostgreSQL database, use pg_dump. Exit code 0: the copy is complete; 1: there is no copy, for the reason
     given.
     """
     from service.db import backup as backups
@@ -40,9 +40,9 @@ def backup(file: Annotated[Path, typer.Argument(dir_okay=False, help="File to wr
 def restore(
     file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="File of `menshin backup`.")],
 ) -> None:
-    """Put a backup in the place of the SQLite database; all processes of the service must be stopped.
+    """Replace the SQLite database with a backup; all processes of the service must be stopped.
 
-    The database that was there is kept beside it. A backup of an earlier version is upgraded by the next command.
+    The replaced database is kept beside it. A backup of an earlier version is upgraded by the next command.
     """
     from service.db import backup as backups
 

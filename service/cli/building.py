@@ -103,15 +103,16 @@ def sensors(
             exists=True,
             dir_okay=False,
             metavar="RECORD...",
-            help="Records as `menshin analyse` takes them; files that overlap in time are one earthquake.",
+            help="Records in the formats of `menshin analyse`; files that overlap in time are one earthquake.",
         ),
     ],
     json: Annotated[Path | None, typer.Option(dir_okay=False, help="Write all numbers here, in SI units.")] = None,
 ) -> None:
     """Show by how much one more accelerometer at each level would narrow the force and the modes.
 
-    Standard deviations from the building's own records: with the superstructure as calibrated from each of them, and a
-    noise of the new channel like that of the others. Needs no database. Exit code 0: shown; 1: no record can be used.
+    The standard deviations are those of the building's own records, with the superstructure as calibrated from each of
+    them and with noise of the new channel like that of the others. No database is needed. Exit code 0: shown; 1: no
+    record can be used.
     """
     from core.analysis import AnalysisSettings
     from core.workbench.added_sensors import added_sensors
@@ -142,10 +143,10 @@ def inspect(
     comment: Annotated[str, typer.Option(help="Findings, restrictions, work done.")],
     name: Annotated[str | None, typer.Option(help="Name of the inspector; default: this account's.")] = None,
     at: Annotated[
-        str | None, typer.Option(help="Time when it was made, such as 2024-05-01T14:30:00+09:00; default: now.")
+        str | None, typer.Option(help="Time of the inspection, such as 2024-05-01T14:30:00+09:00; default: now.")
     ] = None,
 ) -> None:
-    """Record an inspection of a building, signed by this account; it is never changed."""
+    """Record an inspection of a building, signed by this account; it cannot be changed later."""
     from service.alerts import inspections
     from service.buildings import store as building_store
     from service.errors import ConflictError
@@ -183,7 +184,7 @@ def draft(
     code: Annotated[str | None, typer.Option(help="Code of the building; default: the first station's.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; default: print it.")] = None,
 ) -> None:
-    """Write a draft of a building file from StationXML or an FDSN server, with what is missing marked."""
+    """Write a draft of a building file from StationXML or an FDSN server, and mark what is missing."""
     from service.addresses import without_credentials
     from service.buildings.draft import draft as drafted
     from service.buildings.station_metadata import StationError, stations

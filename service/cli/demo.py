@@ -21,7 +21,9 @@ def demo(
     port: Annotated[
         int,
         typer.Option(
-            min=0, max=65535, help="Port of the pages and the API; another one if it is in use, 0: a free one."
+            min=0,
+            max=65535,
+            help="Port of the pages and the API; 0: any free port. If it is in use, another one is taken.",
         ),
     ] = 8000,
     earthquakes: Annotated[
@@ -29,7 +31,7 @@ def demo(
         typer.Option(
             min=2,
             max=500,
-            help="Earthquakes of the past three years, if the folder has none yet; default: 48, and 6 with "
+            help="Number of earthquakes in the past three years, if the folder has none yet; default: 48, and 6 with "
             "--hidden-effect.",
         ),
     ] = None,
@@ -38,16 +40,16 @@ def demo(
         bool,
         typer.Option(
             "--hidden-effect",
-            help="A building whose isolation layer does something that its model lacks: find out what, by the pages; "
-            "one more earthquake follows once a better model is current. Kept in a folder within the folder.",
+            help="Simulate a building whose isolators do something that its model lacks; find out what on the pages. "
+            "One more earthquake follows once a better model is current. Kept in a subfolder.",
         ),
     ] = False,
     stiffness_loss: Annotated[
         bool,
         typer.Option(
             "--stiffness-loss",
-            help="A building with a thermometer, whose isolators lose 8 % of their stiffness in the 24th earthquake: "
-            "see the alert, and what it rests on. Kept in a folder within the folder.",
+            help="Simulate a building with a thermometer, whose isolators lose 8 % of their stiffness in the 24th "
+            "earthquake; see the alert and its evidence. Kept in a subfolder.",
         ),
     ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Delete the folder's contents and start again.")] = False,
@@ -72,7 +74,7 @@ def demo(
 
     console = Console()
     if hidden_effect and stiffness_loss:
-        typer.echo("--hidden-effect and --stiffness-loss are two buildings; choose one of them", err=True)
+        typer.echo("--hidden-effect and --stiffness-loss are two different buildings; choose one of them", err=True)
         raise typer.Exit(2)
     scenario = HIDDEN_EFFECT if hidden_effect else STIFFNESS_LOSS if stiffness_loss else BY_DESIGN
     count = earthquakes or scenario.earthquakes

@@ -18,17 +18,22 @@ STYLES = {"good": "green", "note": "yellow", "wrong": "bold red", "unknown": "ma
 @app.command()
 def doctor(
     timeout: Annotated[
-        float, typer.Option(min=0.1, max=600, help="Seconds that the database has, and then all other checks together.")
+        float,
+        typer.Option(
+            min=0.1, max=600, help="Seconds allowed for the database, and then for all other checks together."
+        ),
     ] = 10.0,
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="CHECK", help="Only this check beside those of settings and database; may be repeated."),
+        typer.Option(
+            metavar="CHECK", help="Run only this check, besides those of settings and database; may be repeated."
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
-    """Examine the installation: what is wrong, and what helps.
+    """Examine the installation, and say what is wrong and what helps.
 
-    Examined are settings, database, disk, clock, poller, worker, notifier, api, mail, sources, keys and recipients.
+    The checks: settings, database, disk, clock, poller, worker, notifier, api, mail, sources, keys and recipients.
     Nothing is changed and nothing is sent. The exit code is 0 if nothing is wrong, 1 if something is wrong or could not
     be examined, 2 if the settings cannot be read.
     """
@@ -36,7 +41,9 @@ def doctor(
     from service.doctor.findings import State
 
     if unknown := sorted({*(only or ())} - {*FURTHER}):
-        raise typer.BadParameter(f"{unknown[0]!r} is no check; {', '.join(FURTHER)} are", param_hint="--only")
+        raise typer.BadParameter(
+            f"{unknown[0]!r} is not a check; the checks are {', '.join(FURTHER)}", param_hint="--only"
+        )
     findings = examine(current_settings(), timeout, tuple(only or ()))
     is_well = all(one.state in (State.GOOD, State.NOTE) for one in findings)
     if as_json:

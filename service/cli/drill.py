@@ -15,7 +15,7 @@ app = typer.Typer(no_args_is_help=True)
 
 LOOK = 0.2
 """s between two queries for its deliveries."""
-UNTAKEN = "no notifier runs; menshin notify, or menshin up, starts one"
+UNTAKEN = "no notifier is running; `menshin notify` or `menshin up` starts one"
 
 
 @app.command()

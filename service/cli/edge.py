@@ -26,8 +26,8 @@ NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 GARBAGE = (50_000, 20, 20)
 """Thresholds of the searches for garbage: a command imports modules with very many objects, which all stay."""
 HELPS: Mapping[int, str] = {
-    errno.EACCES: "give this account the right to it, or name another path",
-    errno.EPERM: "give this account the right to it, or name another path",
+    errno.EACCES: "give this account access to it, or name another path",
+    errno.EPERM: "give this account access to it, or name another path",
     errno.ENOENT: "create it, or correct the path",
     errno.ENOTDIR: "a part of the path is a file; correct the path",
     errno.EISDIR: "name a file",

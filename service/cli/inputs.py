@@ -199,7 +199,7 @@ def read_usable_records(
 
 def end_without_records(records: "Earthquakes") -> NoReturn:
     """End the command with the reasons why no record is usable."""
-    end("\n".join(records.unused) or "none of the files holds records", REFUSED)
+    end("\n".join(records.unused) or "none of the files contains records", REFUSED)
 
 
 @contextmanager

@@ -25,7 +25,7 @@ RoleName = Annotated[
 
 Buildings = Annotated[
     list[str] | None,
-    typer.Option("--building", help="code of a building that the key may see; repeat for more; without it all"),
+    typer.Option("--building", help="code of a building that the key may see; may be repeated; default: all"),
 ]
 Higher = Annotated[
     list[str] | None,
@@ -33,7 +33,7 @@ Higher = Annotated[
         "--on", metavar="CODE=ROLE", help="a higher role on one building, such as TWR=engineer; may be repeated"
     ),
 ]
-Days = Annotated[int | None, typer.Option("--days", min=1, max=3650, help="days until the key ends; without it never")]
+Days = Annotated[int | None, typer.Option("--days", min=1, max=3650, help="days until the key expires; default: never")]
 
 
 @app.command()
@@ -45,12 +45,14 @@ def create(
     on: Higher = None,
     days: Days = None,
 ) -> None:
-    """Create a key and print it: it cannot be shown again."""
+    """Create a key and print it; it cannot be shown again."""
     from service.access import keys
     from service.access.roles import Role
 
     if role not in Role.__members__:
-        raise typer.BadParameter(f"{role!r} is no role; {', '.join(Role.__members__)} are", param_hint="--role")
+        raise typer.BadParameter(
+            f"{role!r} is not a role; the roles are {', '.join(Role.__members__)}", param_hint="--role"
+        )
     now = datetime.now(UTC)
     end = None if days is None else now + timedelta(days=days)
     with _session(context) as session:
@@ -81,7 +83,7 @@ def every(context: typer.Context) -> None:
 
 @app.command()
 def revoke(context: typer.Context, name: Name) -> None:
-    """Revoke a key, within a second."""
+    """Revoke a key; this takes effect within a second."""
     from service.access import keys
 
     with _session(context) as session:
@@ -94,9 +96,9 @@ def link(
     context: typer.Context,
     code: Annotated[str, typer.Argument(help="code of the building")],
     name: Annotated[str, typer.Argument(help="person or purpose that the link is for")],
-    days: Annotated[int, typer.Option(min=1, max=366, help="days until the link ends")] = 30,
+    days: Annotated[int, typer.Option(min=1, max=366, help="days until the link expires")] = 30,
 ) -> None:
-    """Print a link by which whoever has it reads the pages of one building: it cannot be shown again."""
+    """Print a link with which anyone can read the pages of one building; it cannot be shown again."""
     from service.access import links
     from service.buildings.queries import building
 
@@ -129,7 +131,7 @@ def unlink(
     context: typer.Context,
     number: Annotated[int, typer.Argument(min=1, help="number of the link, from 'menshin key links'")],
 ) -> None:
-    """Revoke a link, within a second."""
+    """Revoke a link; this takes effect within a second."""
     from service.access import links
 
     with _session(context) as session:
@@ -140,7 +142,7 @@ def unlink(
 @app.command("logout")
 def log_out(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(help="name of one key or person:NAME; without it all browsers")] = None,
+    name: Annotated[str | None, typer.Argument(help="name of a key, or person:NAME; default: all browsers")] = None,
 ) -> None:
     """Log out all browsers, or those of one key or of one person who signed in."""
     from service.access import keys

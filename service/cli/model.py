@@ -45,7 +45,7 @@ Files = Annotated[
         exists=True,
         dir_okay=False,
         metavar="FILE...",
-        help="Records as `menshin analyse` takes them; files that overlap in time are one earthquake.",
+        help="Records in the formats of `menshin analyse`; files that overlap in time are one earthquake.",
     ),
 ]
 Json = Annotated[Path | None, typer.Option(dir_okay=False, help="Write all numbers here, in SI units.")]
@@ -85,10 +85,10 @@ def new(
         Direction, typer.Option(help="x or y; xy for one set of values for both directions, which are coupled.")
     ] = Direction.x,
 ) -> None:
-    """Write the first model of a building, from its file's design values.
+    """Write the first model of a building, from the design values in its file.
 
-    Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is linear, with start
-    values for a fit to records.
+    The model is elastic, viscous and, if the yield force is given, hysteretic. Without design values it is linear, with
+    initial values for a fit to records.
     """
     from core.model.first_model import first_model
     from service.models import texts
@@ -119,10 +119,10 @@ def fit(
 ) -> None:
     """Fit a model's values to records, all of them at once.
 
-    The layer's lasting states pass from each earthquake to the next in order of time. Shows the values with their
-    standard deviations, those that the records cannot distinguish or determine, and the error before and after.
-    Exit code 0: fitted, also where a value is at the end of its range or not determined, which is shown; 1: no record
-    can be used.
+    The layer's lasting states pass from each earthquake to the next in order of time. The command shows the values with
+    their standard deviations, those that the records cannot distinguish or determine, and the error before and after.
+    Exit code 0: fitted, even if a value is at the end of its range or not determined, which is shown; 1: no record can
+    be used.
     """
     from service.models import documents, operations, report
 
@@ -134,7 +134,7 @@ def fit(
 
 @app.command()
 def compare(model: Model, files: Files, building: Building, json: Json = None, html: Html = None) -> None:
-    """Compare a model with records: its errors, and where it fails.
+    """Compare a model with records, and show its errors and where it fails.
 
     Driven by the measured motion, its force is compared with the estimated one; driven by the ground alone, the layer's
     displacement and the floors' accelerations with those measured. Exit code 0: compared; 1: no record can be used.
@@ -189,16 +189,17 @@ def forecast(
         typer.Option(help="Time of the earthquake, UTC; default: the end of the last record.", formats=TIMES),
     ] = None,
     temperature: Annotated[
-        float | None, typer.Option(help="°C of the isolators; default: the middle of the records'.")
+        float | None,
+        typer.Option(help="Temperature of the isolators in °C; default: the middle of the range in the records."),
     ] = None,
     json: Json = None,
     html: Html = None,
 ) -> None:
     """Forecast the response of isolators and floors to ground motions, with 95 % intervals.
 
-    The intervals contain the covariance of the model's values and the model's own error in the records. Shows the
-    margin to each limit of the building file, and where a motion leaves the range of the records. Exit code 0:
-    forecast, also out of range, which is shown; 1: a record or a motion cannot be used.
+    The intervals include the covariance of the model's values and the model's own error in the records. The command
+    shows the margin to each limit of the building file, and where a motion leaves the range of the records. Exit code
+    0: forecast, even if out of range, which is shown; 1: a record or a motion cannot be used.
     """
     from service.models import forecast_report, forecast_results, forecasting
     from service.models.motions import motions as read_motions, scaling
@@ -226,16 +227,16 @@ def diagnose(
     building: Building,
     hold_out: HoldOut = None,
     direction: Annotated[
-        Direction, typer.Option(help="Directions to look at by themselves; xy for all that the records have.")
+        Direction, typer.Option(help="Direction to diagnose separately; xy: each direction that the records have.")
     ] = Direction.xy,
     json: Json = None,
     html: Html = None,
 ) -> None:
     """Name the physical effect that a model lacks, from records: one, none, or an unknown one.
 
-    Each effect that the model does not have is added in turn, and everything is fitted again. Shows what could decide
-    where the records do not, and validates the result on held-out earthquakes. Nothing is changed: see `menshin model
-    add`. Exit code 0: diagnosed; 1: no record can be used.
+    Each effect that the model does not have is added in turn, and everything is fitted again. If the records do not
+    decide, the command shows what would. It validates the result on held-out earthquakes. It does not change the model:
+    see `menshin model add`. Exit code 0: diagnosed; 1: no record can be used.
     """
     from core.workbench.correcting import corrected_copy
     from service.models import documents, operations, report
@@ -278,20 +279,20 @@ def sketch(
             "-o",
             dir_okay=False,
             metavar="NAME.py",
-            help="File to write the effect to; its name is the effect's.",
+            help="File to write the effect to; its name becomes the effect's name.",
         ),
     ],
     hold_out: HoldOut = None,
     json: Json = None,
     html: Html = None,
 ) -> None:
-    """Sketch the force that a model lacks, where no known effect explains it.
+    """Sketch the force that a model lacks if no known effect explains it.
 
-    Shows the missing force, what it depends on, and the simplest law that lowers the error where nothing was fitted,
-    of the force and of the response to the ground motion alone. The law is written as an effect: in the folder of the
-    setting effects_folder, `menshin model add NAME` adds it to the model. Without --hold-out, the second strongest
-    earthquake is held out. Exit code 0: sketched, also where nothing is proposed: then no file is written; 1: no record
-    can be used; 2: an effect cannot have this name.
+    The command shows the missing force, what it depends on, and the simplest law that lowers two errors on held-out
+    earthquakes: that of the force, and that of the response to the ground motion alone. The law is written as an
+    effect. If the file is in the folder of the setting effects_folder, `menshin model add NAME` adds it to the model.
+    Without --hold-out, the second strongest earthquake is held out. Exit code 0: sketched; if nothing is proposed, no
+    file is written; 1: no record can be used; 2: an effect cannot have this name.
     """
     from core import workbench
     from core.effects import EFFECTS
@@ -350,20 +351,20 @@ def improve(
     integral: Annotated[
         Motion | None,
         typer.Option(
-            help="Motion from a displacement channel that was integrated from accelerations; default: as the model "
-            "file says, else restored."
+            help="Motion used from a displacement channel that was integrated from accelerations; default: as the "
+            "model file says, or else restored."
         ),
     ] = None,
     json: Json = None,
     html: Html = None,
 ) -> None:
-    """Diagnose a model and add the effect that the records support, repeatedly, until there is none.
+    """Diagnose a model and add the effect that the records support, until there is no further one.
 
-    An effect that does not lower the error on held-out earthquakes is not added. Where something unknown is missing,
-    the stronger of the other earthquakes are predicted by the weaker ones, and effects are added as long as this
-    becomes better; that takes minutes. Where the displacement was integrated from accelerations, its slow motion is
-    restored; the model file says so, and commands that read it do the same. The page ends with the first diagnosis.
-    Exit code 0: done; 1: no record can be used.
+    An effect that does not lower the error on held-out earthquakes is not added. If something unknown is missing, the
+    stronger of the other earthquakes are predicted from the weaker ones, and effects are added as long as this
+    prediction improves, which takes minutes. If the displacement was integrated from accelerations, its slow motion is
+    restored; the model file says so, and commands that read it do the same. The HTML file ends with the first
+    diagnosis. Exit code 0: done; 1: no record can be used.
     """
     from service.models import documents, operations, report
 
@@ -413,7 +414,7 @@ def _show(
 
 @effects_app.command()
 def effects(
-    name: Annotated[str | None, typer.Argument(help="Name of an effect; without it all are listed by family.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of an effect; default: list all by family.")] = None,
 ) -> None:
     """Explain the effects that a model of the isolation layer may have: law, parameters, and signs of it."""
     from rich.console import Console

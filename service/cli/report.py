@@ -22,11 +22,14 @@ def report(
     event: Annotated[int | None, typer.Argument(metavar="[EVENT]", min=1, help="Number of an earthquake.")] = None,
     building: Annotated[str | None, typer.Option(help="Code of a building, for the report on a year.")] = None,
     year: Annotated[int | None, typer.Option(min=1900, max=2100, help="The year, with --building.")] = None,
-    language: Annotated[str, typer.Option(help=f"Its language: {', '.join(LANGUAGES)}.")] = ENGLISH,
+    language: Annotated[str, typer.Option(help=f"Language of the report: {' or '.join(LANGUAGES)}.")] = ENGLISH,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "--output", metavar="FILE", help="File to write, .pdf or .html; default: a PDF in this folder."
+            "--out",
+            "--output",
+            metavar="FILE",
+            help="File to write, .pdf or .html; default: a PDF in the working directory.",
         ),
     ] = None,
 ) -> None:

@@ -28,8 +28,8 @@ def reproduce(
             exists=True,
             dir_okay=False,
             metavar="FILE...",
-            help="Records of a real building for section 8, as `menshin analyse` takes them; without them section 8 "
-            "is left out.",
+            help="Records of a real building for section 8, in the formats of `menshin analyse`; without them, section "
+            "8 is left out.",
         ),
     ] = None,
     building: Annotated[
@@ -60,10 +60,10 @@ def reproduce(
         Path | None, typer.Option(dir_okay=False, help="Write the printed tables into this file too, as Markdown.")
     ] = None,
 ) -> None:
-    """Run the paper's sections 7 and 8: every printed number beside Menshin's, and its figures 6 to 16 and 18 to 24.
+    """Reproduce sections 7 and 8 of the paper: each number beside Menshin's, and figures 6 to 16 and 18 to 24.
 
-    Section 7 runs on the paper's simulated building and needs nothing else; section 8's steps are shown on the
-    records of a real building, if some are given. It takes about a minute.
+    Section 7 uses the paper's simulated building and needs no files. The steps of section 8 are applied to the records
+    of a real building, if they are given. The command takes about a minute.
     """
     from time import monotonic
 

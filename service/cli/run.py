@@ -22,7 +22,7 @@ app = typer.Typer(no_args_is_help=True)
 
 @app.command()
 def up(
-    workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of analyses that run at the same time.")] = None,
     port: Annotated[int | None, typer.Option(help="Port of the API.")] = None,
 ) -> None:
     """Run everything in one process tree: API, poller, worker and notifier."""
@@ -43,7 +43,7 @@ def up(
 
 @app.command()
 def login(context: typer.Context) -> None:
-    """Print a link that logs a browser in as an admin, once, within an hour; earlier links become invalid."""
+    """Print a link that logs a browser in as an admin. It works once, within an hour; earlier links become invalid."""
     from datetime import UTC, datetime
 
     from service.access import logins
@@ -103,9 +103,10 @@ def poll(
 @app.command()
 def work(
     once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no job waits.")] = False,
-    workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of analyses that run at the same time.")] = None,
     executor: Annotated[
-        str | None, typer.Option(help="Where they run: `local`, in processes of this machine, or `dask`, in a cluster.")
+        str | None,
+        typer.Option(help="Where analyses run: `local`, in processes of this machine, or `dask`, in a cluster."),
     ] = None,
     dask_address: Annotated[
         str | None, typer.Option(help="Address of the cluster's scheduler, such as tcp://scheduler:8786.")
@@ -173,15 +174,15 @@ def import_files(
 @app.command()
 def prune(
     context: typer.Context,
-    dry_run: Annotated[bool, typer.Option(help="Only say what would be deleted, and what keeps the rest.")] = False,
+    dry_run: Annotated[bool, typer.Option(help="Only print what would be deleted, and why the rest is kept.")] = False,
     compact: Annotated[
         bool, typer.Option(help="Rewrite the file of an SQLite database without its free pages; writers wait for it.")
     ] = False,
 ) -> None:
     """Delete what the retention settings allow to delete, kind by kind and in small steps.
 
-    What a verdict, an alert, a baseline, a current model or an inspection refers to is kept, and so are the numbers of
-    every analysis. Services may run meanwhile.
+    Everything that a verdict, an alert, a baseline, a current model or an inspection refers to is kept. The service may
+    run meanwhile.
     """
     from service.analyses import retention
     from service.db import room

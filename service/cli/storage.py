@@ -15,18 +15,20 @@ def move(
     context: typer.Context,
     to_store: Annotated[
         bool | None,
-        typer.Option("--to-store/--to-database", help="Where to: the store of `storage.originals`, or the database."),
+        typer.Option(
+            "--to-store/--to-database", help="Destination: the store of `storage.originals`, or the database."
+        ),
     ] = None,
 ) -> None:
     """Move all original files between the database and the store of `storage.originals`.
 
-    Services may run meanwhile. A command that was ended goes on where it was. Files that move into the database stay
-    in the store as well, until you delete them there.
+    The service may run meanwhile. If the command is stopped, the next one continues where it stopped. Files that move
+    into the database stay in the store as well, until you delete them there.
     """
     from service.records import originals
 
     if to_store is None:
-        raise typer.BadParameter("say --to-store or --to-database")
+        raise typer.BadParameter("choose --to-store or --to-database")
     settings = current_settings().storage
     with opened(context) as sessions:
         if settings.originals is None:
@@ -41,7 +43,7 @@ def move(
 def check(context: typer.Context) -> None:
     """Read every original file in the store and compare it with its SHA-256.
 
-    Exit code 0: all are whole; 1: some are missing or damaged, which are named.
+    Exit code 0: all are intact; 1: some are missing or damaged; their names are printed.
     """
     from service.records import originals
     from service.records.file_store import store_of

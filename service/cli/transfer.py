@@ -20,13 +20,14 @@ def export_building(
     code: Annotated[str, typer.Argument(help="Code of the building.")],
     file: Annotated[Path, typer.Argument(dir_okay=False, help="File to write, which must not exist.")],
     with_secrets: Annotated[
-        bool, typer.Option("--with-secrets", help="Write passwords and secrets too; keep the file as safe as them.")
+        bool,
+        typer.Option("--with-secrets", help="Write passwords and secrets too; protect the file as you protect them."),
     ] = False,
 ) -> None:
-    """Write a building with everything it has to one file, for another installation.
+    """Export a building with all its data to one file, for another installation.
 
-    Descriptions, original files, records, analyses, models with their jobs, drift, alerts, messages and recipients;
-    without keys, sessions, links and the audit trail. Services may run meanwhile.
+    The file has descriptions, original files, records, analyses, models with their jobs, drift, alerts, messages and
+    recipients, but no keys, sessions, links and audit trail. The service may run meanwhile.
     """
     from service.buildings.store import BuildingError
     from service.db.sessions import reading
@@ -59,7 +60,7 @@ def export_building(
     rows = sum(one.rows for one in manifest.tables.values())
     typer.echo(f"{file}: {manifest.building} with {rows} rows and {manifest.files} original files")
     if with_secrets:
-        typer.echo("it has passwords and secrets", err=True)
+        typer.echo("the file contains passwords and secrets", err=True)
     else:
         typer.echo("without passwords and secrets; the importing side updates the building with its file", err=True)
 
@@ -71,7 +72,7 @@ def import_building(
         Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="File of `menshin building export`.")
     ],
 ) -> None:
-    """Take in a building from a file of `menshin building export`, all of it or nothing.
+    """Import a building from a file of `menshin building export`, completely or not at all.
 
     Exit code 0: imported; 1: a building of this code exists, or the file cannot be used.
     """

@@ -19,7 +19,7 @@ FURTHER = (
     *("mail", "sources", "keys", "recipients"),
 )
 """Names of the checks that need the database."""
-REST = Finding("the rest", State.UNKNOWN, "everything else needs the database", "mend the database first")
+REST = Finding("the rest", State.UNKNOWN, "everything else needs the database", "repair the database first")
 
 
 def examine(settings: Settings, timeout: float, only: Collection[str] = ()) -> tuple[Finding, ...]:
@@ -65,7 +65,7 @@ def _impatient(url: str) -> str:
 
 
 def _none_yet(settings: Settings) -> Iterator[Found]:
-    yield wrong(f"{shown(make_url(settings.database_url))} does not exist yet", "`menshin up` makes it")
+    yield wrong(f"{shown(make_url(settings.database_url))} does not exist yet", "`menshin up` creates it")
 
 
 def _checks(settings: Settings, made: sessionmaker[Session], timeout: float) -> dict[str, Check]:

@@ -78,7 +78,9 @@ def examined(checks: Mapping[str, Check], timeout: float) -> tuple[Finding, ...]
             the process alive.
     """
     results = results_in_time({name: partial(_outcome, check) for name, check in checks.items()}, timeout)
-    late = (unknown(f"no answer within {timeout:g} s", "give it longer with --timeout, or see what it waits for"),)
+    late = (
+        unknown(f"no answer within {timeout:g} s", "allow more time with --timeout, or find out what it waits for"),
+    )
     return tuple(
         Finding(name, state, without_credentials(found), without_credentials(helps))
         for name in checks

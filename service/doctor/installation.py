@@ -36,7 +36,7 @@ TEMPORARY = 500 * MIB
 """Bytes that the folder of temporary files should have free: the parser's and the workers' files. Not tuned."""
 CROWDED = 0.9
 """Fraction of a server's connections in use from which on it is noted. Not tuned."""
-NTP = "let all machines follow a time server (NTP)"
+NTP = "synchronise all machines with a time server (NTP)"
 DURABLE = ("fsync", "full_page_writes", "synchronous_commit")
 """Settings of a PostgreSQL server; with one of them off, a crash loses what was committed, or damages the database."""
 SAMPLE = 3
@@ -62,7 +62,7 @@ def of_settings(settings: Settings) -> Iterator[Found]:
         yield note("public_url is not set: messages have no links", "set public_url to the address of the pages")
     elif public.scheme != "https" and not is_loopback(public.hostname):
         yield note(
-            f"{settings.public_url} is not encrypted: keys and passwords can be read on the way",
+            f"{settings.public_url} is not encrypted: keys and passwords can be read in transit",
             "put a proxy with TLS before the service (docs/operate/security.md)",
         )
     yield good(
@@ -79,8 +79,8 @@ def of_database(settings: Settings, sessions: sessionmaker[Session]) -> Iterator
         if not migrate.is_newest(session):
             yield wrong(
                 f"the tables of {name} are not those of this version",
-                "stop all processes of the earlier version, back the database up, then start this version: it makes "
-                "them so; run the newest version where a newer one was here",
+                "stop all processes of the earlier version, back up the database, then start this version, which "
+                "upgrades the tables; if a newer version was here, run that version",
             )
             return
         session.execute(text("UPDATE alembic_version SET version_num = version_num"))
@@ -94,7 +94,7 @@ def _server(session: Session) -> Iterator[Found]:
     """Durability, connections and blocked sessions of a PostgreSQL server."""
     if off := [name for name in DURABLE if session.scalar(select(func.current_setting(name))) == "off"]:
         yield note(
-            f"the database's server has {' and '.join(off)} off: a crash can lose records and make messages come twice",
+            f"the database's server has {' and '.join(off)} off: a crash can lose records and send messages twice",
             "set it to on" if len(off) == 1 else "set them to on",
         )
     used, most = session.execute(
@@ -114,7 +114,7 @@ def _server(session: Session) -> Iterator[Found]:
     if blocked:
         yield wrong(
             f"{blocked} statements have waited more than 10 s for others to end",
-            "see pg_stat_activity and pg_blocking_pids of the server, and end the session that holds them up",
+            "see pg_stat_activity and pg_blocking_pids of the server, and end the session that blocks them",
         )
 
 
@@ -124,7 +124,7 @@ def of_disk(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Fou
         free = free_bytes(session)
     reserve = settings.data_health.disk_reserve
     if free is None:
-        yield good("the database is on a server, whose disk is not seen from here")
+        yield good("the database is on a server, whose disk cannot be examined from here")
     elif free < reserve:
         yield wrong(
             f"{free / MIB:.0f} MiB are free on the disk of the database, {reserve / MIB:.0f} MiB should be",
@@ -194,7 +194,7 @@ def of_clock(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Fo
         offsets = [timedelta(seconds=one) for one in stated if one is not None]
     if off := [one for one in offsets if abs(one) > tolerance]:
         yield wrong(
-            f"the clocks of {len(off)} of {len(offsets)} monitoring servers differ, the worst one is "
+            f"the clocks of {len(off)} of {len(offsets)} monitoring servers differ; the worst is "
             f"{_offset(max(off, key=abs))} this machine's",
             NTP,
         )
@@ -239,14 +239,14 @@ def of_notifier(settings: Settings, sessions: sessionmaker[Session]) -> Iterator
     if until is None or has_passed(until, datetime.now(UTC), LEASE):
         yield wrong(
             "no notifier was seen lately",
-            "'menshin notify' or 'menshin up' starts one; see the log of one that runs",
+            "'menshin notify' or 'menshin up' starts one; if one is running, see its log",
         )
     else:
-        yield good("a notifier runs")
+        yield good("a notifier is running")
     if settings.heartbeat.url is None:
         yield note(
             "nobody outside notices when Menshin itself stops",
-            "set heartbeat.url to an address of a service that misses it (docs/operate/messages.md)",
+            "set heartbeat.url to a service that raises an alarm when the heartbeat stops (docs/operate/messages.md)",
         )
 
 

@@ -51,7 +51,7 @@ def of_mail(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Fou
             query = select(func.count(Receiver.id)).where(Receiver.kind == "email", Receiver.removed_at.is_(None))
             needing = session.scalar(query)
         if needing:
-            yield wrong(f"no mail server is set, and {needing} recipients get mail", "set smtp.host")
+            yield wrong(f"no mail server is set, but {needing} recipients get mail", "set smtp.host")
         else:
             yield good("no mail server is set, and no recipient needs one")
         return
@@ -67,7 +67,7 @@ def of_mail(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Fou
         yield wrong(f"{where}: {mail.reply(error)}", "check smtp.host, port, security, user and password")
         return
     if code == TAKEN:
-        yield good(f"{where} takes mail from {settings.smtp.sender}; nothing was sent")
+        yield good(f"{where} accepts mail from {settings.smtp.sender}; nothing was sent")
     else:
         words = reply.decode("utf-8", "replace")
         yield wrong(f"{where} refuses the sender {settings.smtp.sender}: {code} {words}", "correct smtp.sender")
@@ -100,7 +100,7 @@ def of_sources(settings: Settings, sessions: sessionmaker[Session], timeout: flo
     for one in watched:
         yield from _of_source(one, answers.get(one.code), settings, timeout)
     asked = f"{len(watched)} of {count} buildings" if len(watched) < count else f"{count} buildings"
-    yield good(f"the sources of {asked} were asked")
+    yield good(f"the sources of {asked} were examined")
     if failing:
         yield note(f"{failing} sources have failed at the latest poll", "`menshin status` shows the buildings")
     yield from alerts
@@ -154,7 +154,7 @@ def _of_source(one: Watched, answered: Answered | None, settings: Settings, time
     elif answered.ahead is not None and abs(answered.ahead.total_seconds()) > settings.data_health.clock_tolerance:
         seconds = answered.ahead.total_seconds()
         where = f"{abs(seconds):.0f} s {'ahead of' if seconds > 0 else 'behind'} this machine's"
-        yield wrong(f"the clock of the source of {one.code} is {where}", "let both follow a time server (NTP)")
+        yield wrong(f"the clock of the source of {one.code} is {where}", "synchronise both with a time server (NTP)")
     longest = timedelta(
         seconds=settings.data_health.continuous_timeout
         if one.source.data == "continuous"
@@ -222,8 +222,8 @@ def of_keys(settings: Settings, sessions: sessionmaker[Session]) -> Iterator[Fou
         yield good(f"admins of all buildings: {_named(names)}")
     else:
         yield wrong(
-            "no key is that of an admin of all buildings",
-            "`menshin key create NAME --role admin` makes one; `menshin login` prints a link for a browser",
+            "no key belongs to an admin of all buildings",
+            "`menshin key create NAME --role admin` creates one; `menshin login` prints a link for a browser",
         )
     for one in valid:
         if soon := soon_in_words(one.expires_at, now):
@@ -246,11 +246,13 @@ def of_recipients(settings: Settings, sessions: sessionmaker[Session]) -> Iterat
         )
     if nobody:
         yield note(
-            f"nobody is told about {_named(nobody)}",
+            f"no recipient gets messages about {_named(nobody)}",
             "add [[receiver]] to the building file, or a recipient on the page 'Messages'",
         )
     if failed:
-        yield wrong(f"{failed} messages of the last 7 days were given up", "the page 'Messages' shows why")
+        yield wrong(
+            f"the delivery of {failed} messages was given up in the last 7 days", "the page 'Messages' shows why"
+        )
     if oldest is not None and now - oldest > SLOW:
         yield wrong(
             f"a message has waited since {oldest:%Y-%m-%d %H:%M} UTC",
@@ -262,7 +264,7 @@ def of_recipients(settings: Settings, sessions: sessionmaker[Session]) -> Iterat
             f"set {encryption.VARIABLE} (docs/reference/settings.md)",
         )
     if number:
-        yield good(f"{number} recipients; `menshin drill --building CODE` tries the whole way to them")
+        yield good(f"{number} recipients; `menshin drill --building CODE` tests the whole way to them")
 
 
 def _named(names: Sequence[str]) -> str:

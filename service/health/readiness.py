@@ -96,7 +96,7 @@ def _poller(session: Session, now: datetime) -> Check:
     if until is not None and not has_passed(until, now, POLLING_LEASE):
         return Check("poller", True, "a poller runs")
     since = None if until is None else until - POLLING_LEASE
-    helps = "'menshin poll' or 'menshin up' starts one; see the log of one that runs"
+    helps = "'menshin poll' or 'menshin up' starts one; if one is running, see its log"
     return Check("poller", False, "no poller was seen lately", helps, since)
 
 
@@ -142,7 +142,7 @@ def _worker(session: Session, settings: Settings, now: datetime) -> Check:
     lease = timedelta(seconds=settings.jobs.lease)
     lease_row = session.execute(select(Lease.until, Lease.trouble).where(Lease.name == WORKING)).one_or_none()
     until = None if lease_row is None else lease_row.until
-    helps = "'menshin work' or 'menshin up' starts one; see the log of one that runs"
+    helps = "'menshin work' or 'menshin up' starts one; if one is running, see its log"
     if until is None or has_passed(until, now, lease):
         return Check("worker", False, "no worker was seen lately", helps, None if until is None else until - lease)
     if lease_row is not None and lease_row.trouble is not None:

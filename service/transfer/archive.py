@@ -139,7 +139,7 @@ class Archive:
         with _said(name):
             data = self.zip.read(name)
         if sha256(data).hexdigest() != digest:
-            raise ArchiveError(f"{name} has other bytes than its name says: it was changed")
+            raise ArchiveError(f"the content of {name} does not match its name: it was changed")
         return data
 
     def __enter__(self) -> Self:
@@ -163,7 +163,7 @@ def opened(path: Path, revision: str, tables: Mapping[str, object]) -> Archive:
     try:
         found = ZipFile(path)
     except (BadZipFile, NotImplementedError, ValueError, EOFError) as error:
-        raise ArchiveError(f"it is no export of a building, or its end is missing ({error})") from None
+        raise ArchiveError(f"it is not an export of a building, or its end is missing ({error})") from None
     try:
         digests = _checked(found, path.stat().st_size)
         manifest = _manifest(found, revision)
@@ -180,9 +180,9 @@ def _checked(found: ZipFile, size: int) -> tuple[str, ...]:
     strange = [name for name in names if name != MANIFEST and not NAME.fullmatch(name)]
     if strange or len(set(names)) < len(names):
         listed = ", ".join(map(repr, strange[:NAMED])) or "a name twice"
-        raise ArchiveError(f"it is no export of a building: it has {listed}")
+        raise ArchiveError(f"it is not an export of a building: it has {listed}")
     if MANIFEST not in names:
-        raise ArchiveError(f"it is no export of a building: it has no {MANIFEST}")
+        raise ArchiveError(f"it is not an export of a building: it has no {MANIFEST}")
     unpacked = sum(one.file_size for one in found.infolist())
     if unpacked > max(SMALL, RATIO * size):
         raise ArchiveError(f"it would unpack to {unpacked / 1e6:.0f} MB, more than {RATIO} times its size")
@@ -212,7 +212,7 @@ def _manifest(found: ZipFile, revision: str) -> Manifest:
     if manifest.revision != revision:
         raise ArchiveError(
             f"it comes from a database of revision {manifest.revision[:50]!r} (Menshin {manifest.menshin[:50]}), "
-            f"this one has {revision!r}; bring both installations to the same version, and export again"
+            f"this one has revision {revision!r}; bring both installations to the same version, and export again"
         )
     return manifest
 
@@ -221,7 +221,7 @@ def _compare(found: ZipFile, manifest: Manifest, tables: Mapping[str, object], d
     """Refuse entries that the manifest does not describe, and the other way round."""
     there = {match[1] for name in found.namelist() if (match := NAME.fullmatch(name)) and match[1]}
     for name in sorted({*there, *manifest.tables} ^ {*tables} | there ^ {*manifest.tables}):
-        raise ArchiveError(f"table {name} is missing, or no table of an export")
+        raise ArchiveError(f"table {name} is missing, or is not a table of an export")
     if len(digests) != manifest.files:
         raise ArchiveError(f"it has {len(digests)} original files, and its manifest says {manifest.files}")
 
@@ -232,7 +232,7 @@ def _row(line: bytes, where: str) -> dict[str, Any]:
     except orjson.JSONDecodeError as error:
         raise ArchiveError(f"{where} is not JSON: {error}") from None
     if not isinstance(row, dict):
-        raise ArchiveError(f"{where} is not an object of JSON")
+        raise ArchiveError(f"{where} is not a JSON object")
     return row
 
 

@@ -72,7 +72,7 @@ def import_building(
             _check(session, archive)
         except (IntegrityError, DataError) as error:
             reason = str(error.orig).splitlines()[0][:200]
-            raise ArchiveError(f"it contradicts itself, or what is here: {reason}") from None
+            raise ArchiveError(f"it contradicts itself or this database: {reason}") from None
         except NulError as error:
             raise ArchiveError(str(error)) from None
 
@@ -82,7 +82,7 @@ def _refuse_known(sessions: sessionmaker[Session], archive: Archive) -> None:
     with sessions() as session:
         if session.scalar(select(Building.id).where(Building.code == code)) is not None:
             raise building_store.BuildingError(
-                f"building {code!r} exists here already, and an import does not merge two; nothing was imported"
+                f"building {code!r} already exists here, and an import does not merge buildings; nothing was imported"
             )
 
 
@@ -148,7 +148,7 @@ def _insert_deleted(session: Session, archive: Archive) -> Iterator[str]:
     dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
     for given in archive.rows(FILES):
         if given.keys() != set(DELETED) or given["deleted_at"] is None or given["sha256"] in archive.digests:
-            raise ArchiveError(f"table {FILES} has a row that is no deleted file")
+            raise ArchiveError(f"table {FILES} has a row that is not a deleted file")
         row = {name: _value(files.c[name], given[name]) for name in DELETED}
         session.execute(dialect.insert(files).values({"data": b"", **row}).on_conflict_do_nothing())
         yield row["sha256"]
@@ -186,7 +186,7 @@ def _row(table: Table, given: Mapping[str, Any], known: _Known) -> dict[str, Any
     """
     if given.keys() != set(table.c.keys()):
         wrong = sorted(given.keys() ^ set(table.c.keys()))
-        raise ArchiveError(f"table {table.name} has a row without or with additional columns: {', '.join(wrong)[:200]}")
+        raise ArchiveError(f"table {table.name} has a row with missing or additional columns: {', '.join(wrong)[:200]}")
     row = {column.name: _value(column, given[column.name]) for column in table.columns}
     for column in table.columns:
         for key in column.foreign_keys:
@@ -234,7 +234,7 @@ def _value(column: Column[Any], value: Any) -> Any:  # noqa: ANN401  whatever JS
     if is_right and isinstance(kind, Integer):
         is_right = abs(value) <= (LARGEST_BIG if isinstance(kind, BigInteger) else LARGEST)
     if not is_right:
-        raise ArchiveError(f"{where} has {str(value)[:50]!r}, which is no value of that column")
+        raise ArchiveError(f"{where} has {str(value)[:50]!r}, which is not a value of that column")
     return value
 
 
@@ -244,7 +244,7 @@ def _time(where: str, value: object) -> datetime:
     except ValueError:
         found = None
     if found is None or found.tzinfo is None:
-        raise ArchiveError(f"{where} has {str(value)[:50]!r}, which is no time with its zone")
+        raise ArchiveError(f"{where} has {str(value)[:50]!r}, which is not a time with its zone")
     return found
 
 

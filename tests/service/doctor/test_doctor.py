@@ -94,7 +94,7 @@ def test_a_healthy_installation(sessions: sessionmaker[Session], database_url: s
     checks = dict.fromkeys(one.check for one in findings)
     assert tuple(checks) == ("settings", "database", *FURTHER)
     words = "\n".join(one.found for one in findings)
-    assert "takes mail from menshin@localhost; nothing was sent" in words
+    assert "accepts mail from menshin@localhost; nothing was sent" in words
     assert "admins of all buildings: office" in words
     assert ("the clock of the database's server shows the same time" in words) == database_url.startswith("postgresql")
 
@@ -106,12 +106,12 @@ def test_what_runs_nowhere_is_wrong(sessions: sessionmaker[Session], database_ur
     found = bad(findings)
     for process in ("poller", "worker", "notifier"):
         assert found[process] == f"no {process} was seen lately"
-    assert found["mail"] == "no mail server is set, and 1 recipients get mail"
+    assert found["mail"] == "no mail server is set, but 1 recipients get mail"
     assert (
         found["sources"]
         == f"the source of TOWER: the folder {tmp_path}/nowhere cannot be read: No such file or directory"
     )
-    assert found["keys"] == "no key is that of an admin of all buildings"
+    assert found["keys"] == "no key belongs to an admin of all buildings"
 
 
 @contextmanager
@@ -144,7 +144,7 @@ def test_a_source_with_another_time(sessions: sessionmaker[Session], database_ur
     with sessions.begin() as session:
         session.add(SourceState(building_id=1, cursor={}, clock_ahead=-7200.0))
     found = bad(examination(database_url))["clock"]
-    assert found == "the clocks of 1 of 1 monitoring servers differ, the worst one is 7200 s behind this machine's"
+    assert found == "the clocks of 1 of 1 monitoring servers differ; the worst is 7200 s behind this machine's"
 
 
 @pytest.mark.sqlite
@@ -184,7 +184,7 @@ def test_keys_that_end_soon_and_that_ended(sessions: sessionmaker[Session], data
     assert "the key 'office' ends in 3 days" in notes
     with sessions.begin() as session:
         session.execute(update(ApiKey).values(expires_at=now - timedelta(days=1)))
-    assert bad(examination(database_url))["keys"] == "no key is that of an admin of all buildings"
+    assert bad(examination(database_url))["keys"] == "no key belongs to an admin of all buildings"
 
 
 def test_a_database_of_an_earlier_version(sessions: sessionmaker[Session], database_url: str) -> None:
@@ -207,7 +207,7 @@ def test_a_server_that_may_lose_what_it_committed() -> None:
             after = examination(url)
     assert notes(before, "database") == []
     assert notes(after, "database") == [
-        "the database's server has synchronous_commit off: a crash can lose records and make messages come twice"
+        "the database's server has synchronous_commit off: a crash can lose records and send messages twice"
     ]
 
 

@@ -257,7 +257,7 @@ def test_a_secret_that_cannot_be_left_out_stops_the_export(sessions: sessionmake
 def test_a_building_that_exists_is_not_touched(whole: bytes, tmp_path: Path, sessions: sessionmaker[Session]) -> None:
     imported(sessions, whole, tmp_path)
     before = entries(exported(sessions))
-    with pytest.raises(BuildingError, match="'PAPER' exists here already"):
+    with pytest.raises(BuildingError, match="'PAPER' already exists here"):
         imported(sessions, whole, tmp_path)
     assert entries(exported(sessions)) == before
 
@@ -301,7 +301,7 @@ def add(name: str, data: bytes) -> Edit:
 
 
 REFUSED: dict[str, tuple[Edit, str]] = {
-    "a path outside": (add("../../etc/cron.d/menshin", b""), r"no export of a building: it has '\.\./\.\./etc"),
+    "a path outside": (add("../../etc/cron.d/menshin", b""), r"not an export of a building: it has '\.\./\.\./etc"),
     "an absolute path": (add("/etc/passwd", b""), "it has '/etc/passwd'"),
     "a bomb": (
         add("files/" + "0" * 64, bytes(200 * 2**20)),
@@ -316,12 +316,12 @@ REFUSED: dict[str, tuple[Edit, str]] = {
     "another database": (put(MANIFEST, "revision", "0099_future"), "revision '0099_future'"),
     "another building": (put(MANIFEST, "building", "TOWER"), "its building is not 'TOWER', as its manifest says"),
     "a missing table": (lambda members: members.pop("tables/alert.jsonl"), "table alert is missing"),
-    "a foreign table": (add("tables/api_key.jsonl", b""), "table api_key is missing, or no table of an export"),
+    "a foreign table": (add("tables/api_key.jsonl", b""), "table api_key is missing, or is not a table of an export"),
     "fewer rows": (
         lambda members: members["tables/mode_result.jsonl"].pop(),
         "is not the one that the manifest",
     ),
-    "other bytes": (lambda members: members.update({first_file(members): b"!"}), "other bytes than its name says"),
+    "other bytes": (lambda members: members.update({first_file(members): b"!"}), "does not match its name"),
     "a missing file": (lambda members: members.pop(first_file(members)), "its manifest says"),
     "another building's row": (
         put("tables/event.jsonl", "building_id", 2),
@@ -331,9 +331,9 @@ REFUSED: dict[str, tuple[Edit, str]] = {
     "a missing value": (put("tables/event.jsonl", "state", None), "event.state is missing"),
     "a text for a number": (put("tables/event.jsonl", "recorded_peak", "1"), "event.recorded_peak has '1'"),
     "a huge number": (put("tables/job.jsonl", "claims", 2**40), "job.claims has"),
-    "no time": (put("tables/event.jsonl", "start", "yesterday"), "event.start has 'yesterday', which is no time"),
+    "no time": (put("tables/event.jsonl", "start", "yesterday"), "event.start has 'yesterday', which is not a time"),
     "no base64": (put("tables/waveform.jsonl", "samples", "???"), "waveform.samples has a value that is not base64"),
-    "another column": (put("tables/event.jsonl", "colour", "red"), "without or with additional columns: colour"),
+    "another column": (put("tables/event.jsonl", "colour", "red"), "with missing or additional columns: colour"),
     "a row twice": (put("tables/mode_result.jsonl", "id", 1), "it contradicts itself"),
     "a NUL": (put("tables/alert_comment.jsonl", "text", "a\0b"), "NUL character"),
     "facts that are none": (put("tables/message.jsonl", "facts", [1]), "a row of message is malformed"),
@@ -367,9 +367,9 @@ def test_a_file_that_is_hostile_or_damaged_is_refused_as_a_whole(
         assert number_of_rows(sessions) == 0, name
     middle = len(whole) // 2
     for data, reason in (
-        (whole[:middle], "no export of a building, or its end is missing"),
-        (b"not a zip file", "no export of a building"),
-        (b"", "no export of a building"),
+        (whole[:middle], "not an export of a building, or its end is missing"),
+        (b"not a zip file", "not an export of a building"),
+        (b"", "not an export of a building"),
         (whole[:middle] + bytes(64) + whole[middle + 64 :], "damaged|other bytes|changed"),
     ):
         with pytest.raises(ArchiveError, match=reason):
@@ -415,4 +415,4 @@ def test_the_commands_write_and_read_a_file(
     with sessions() as session:
         assert session.query(AuditEntry).one().action.endswith("building import")
     again = ran(database_url, "import", "out/paper.zip")
-    assert (again.exit_code, "exists here already" in again.stderr) == (1, True)
+    assert (again.exit_code, "already exists here" in again.stderr) == (1, True)
