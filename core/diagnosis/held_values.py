@@ -8,7 +8,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from core.diagnosis.ranking import DECISIVE, Ranking, in_best_form
+from core.diagnosis.ranking import Ranking, in_best_form, is_worth_holding
 from core.effect import LogNormal
 from core.effects import EFFECTS
 from core.fitting.data import FitData
@@ -17,8 +17,6 @@ from core.fitting.projection import derivatives, diverges, free_parameters, valu
 from core.fitting.search import LONGEST_STEP
 from core.model.isolator import Isolator, Key, parameter
 
-WORTH = 0.03
-"""Smallest share of the residual's power that another value must take to be kept. A choice."""
 OWN = 1e-3
 """Share of a value's effect on the force that must be its own. A choice."""
 FIRST = 0.35
@@ -40,12 +38,11 @@ def with_best_held(ranking: Ranking, effects: Collection[str]) -> Isolator | Non
         effects: of the model.
     """
     data, fit = ranking.data, ranking.base
-    evident = ranking.inflation * (DECISIVE + float(np.log(ranking.independent)))
     for name in effects:
         fit = in_best_form(data, fit, name, ranking.inflation)
     for key in _searched(effects):
         better = _at_best(data, fit, key)
-        if better.chi_square < fit.chi_square - max(evident, WORTH * fit.chi_square):
+        if is_worth_holding(data, fit, better, ranking.inflation):
             fit = better
     return None if fit is ranking.base else fit.model
 

@@ -27,7 +27,7 @@ from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, rewe
 from core.fitting.noise import noise_rms, pooled_rms
 from core.fitting.projection import free_parameters
 from core.fitting.search import Outcome
-from core.model.isolator import Isolator
+from core.model.isolator import Isolator, unusual_forms
 
 DECISIVE = 10.0
 """Difference in BIC that settles a question (Kass and Raftery 1995: very strong from 10 on)."""
@@ -62,8 +62,8 @@ IN_FORM = 1.1
 """Noise ratio that the best law must leave for other forms of laws to be tried. A choice."""
 FORMS_TRIED = 4
 """Laws, the best first, of which other forms are tried. A choice, for its time."""
-FORM_WORTH = 0.03
-"""Smallest share of the residual's power that another form must take to be kept. A choice."""
+HELD_WORTH = 0.03
+"""Smallest share of the residual's power that another value of a held parameter must take to be kept. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -275,14 +275,19 @@ def in_best_form(data: FitData, fit: Fit, effect: str, τ: float) -> Fit:
         effect: its name.
         τ: inflation of the residual.
     """
-    evident = τ * (DECISIVE + float(np.log(data.target.size / τ)))
     for name, others in EFFECTS[effect].forms.items():
         values = fit.model.effects[effect]
         models = [Isolator({**fit.model.effects, effect: {**values, name: other}}) for other in others]
         best = min((fitted(data, model) for model in models), key=lambda one: one.chi_square)
-        if best.chi_square < fit.chi_square - max(evident, FORM_WORTH * fit.chi_square):
+        if is_worth_holding(data, fit, best, τ):
             fit = best
     return fit
+
+
+def is_worth_holding(data: FitData, fit: Fit, other: Fit, τ: float) -> bool:
+    """True if a fit with another value of a held parameter is evidently better, and by an amount that matters."""
+    evident = τ * (DECISIVE + float(np.log(data.target.size / τ)))
+    return other.chi_square < fit.chi_square - max(evident, HELD_WORTH * fit.chi_square)
 
 
 def are_peers(contains: str, simple: str) -> bool:
@@ -322,10 +327,5 @@ def delta_bic(data: FitData, before: Fit, after: Fit, τ: float) -> float:
 
 def _determined(model: Isolator) -> int:
     """Number of parameters that the records determine: those that a fit does, and forms that are not the usual ones."""
-    unusual = sum(
-        values[one.name] != one.prior.median
-        for effect, values in model.effects.items()
-        for one in EFFECTS[effect].parameters
-        if one.name in EFFECTS[effect].forms
-    )
+    unusual = sum(len(unusual_forms(model, effect)) for effect in model.effects)
     return free_parameters(model).count + unusual

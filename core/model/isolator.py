@@ -131,6 +131,12 @@ def parameter(key: Key) -> Parameter:
     return next(one for one in EFFECTS[key[0]].parameters if one.name == key[1])
 
 
+def unusual_forms(isolator: Isolator, effect: str) -> tuple[str, ...]:
+    """Names of the parameters by which the law of a model's effect has another form than the usual one."""
+    values = isolator.effects[effect]
+    return tuple(name for name in EFFECTS[effect].forms if values[name] != parameter((effect, name)).prior.median)
+
+
 def parameter_names(isolator: Isolator) -> tuple[Key, ...]:
     """Names of all parameters of the model, in packed order."""
     return tuple((name, parameter.name) for name in _packing(isolator) for parameter in EFFECTS[name].parameters)

@@ -11,7 +11,7 @@ from core.diagnosis.unexplained import STRUCTURED, Unexplained
 from core.diagnosis.worth import Worth
 from core.effect import explained
 from core.effects import EFFECTS
-from core.model.isolator import Isolator
+from core.model.isolator import Isolator, parameter, unusual_forms
 from core.rounding import plain
 from core.units import percent, shown, unit
 from core.workbench.candidates import Stage
@@ -184,13 +184,13 @@ def _is_own(stages: Sequence[Stage], given: Isolator) -> bool:
 
 
 def action(model: Isolator, effect: str) -> str:
-    """What an effect of a model does, at the model's values, in words."""
+    """Explanation of a model's effect with its values, and with the form of its law if that is not the usual one."""
     about, values = EFFECTS[effect], model.effects[effect]
+    unusual = (parameter((effect, name)) for name in unusual_forms(model, effect))
     forms = (
         f"The form of its law is not the usual one: {one.name} = {plain(shown(values[one.name], one.unit), 2)}"
         f"{f' {unit(one.unit)}'.rstrip()} ({one.meaning})."
-        for one in about.parameters
-        if one.name in about.forms and values[one.name] != one.prior.median
+        for one in unusual
     )
     return " ".join((explained(about, values), *forms))
 

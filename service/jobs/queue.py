@@ -65,7 +65,7 @@ def enqueue(
 
 
 def enqueue_first(session: Session, event: Event, now: datetime) -> None:
-    """Queue the analysis of an event that this transaction has added, for which nobody else can have queued a job."""
+    """Queue the analysis of an event that this transaction added, so that no other job for it can exist yet."""
     session.add(
         Job(kind=ANALYSE, event_id=event.id, arguments={}, state="waiting", claims=0, failures=0, created_at=now)
     )

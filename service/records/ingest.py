@@ -119,7 +119,7 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
     """Join the traces of a recording to their events, or reject the recording with a reason.
 
     Returns:
-        Where the units of the building's channels are stated from now on.
+        Sources of the units of the building's channels, with those of this recording.
     """
     building = locked(session, recording.building_id)
     session.refresh(recording)

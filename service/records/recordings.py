@@ -106,7 +106,7 @@ def traces_of(session: Session, recording: Recording, settings: Settings) -> tup
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Where the units of a building's channels are stated."""
+    """Sources of the units of a building's channels."""
 
     described: BuildingFile
     stations: tuple[str, ...]
@@ -114,7 +114,7 @@ class Units:
 
 
 def units_of(session: Session, building: Building, described: BuildingFile | None = None) -> Units:
-    """Where the units of a building's channels are stated; its description is read if it is not given."""
+    """Sources of the units of a building's channels; its description is read if it is not given."""
     stations = (
         select(Recording.sha256)
         .where(Recording.building_id == building.id, Recording.kind == "station", Recording.state == "read")

@@ -80,7 +80,7 @@ class Begun:
 
     recording: Recording
     units: Units | None
-    """Where the units of its channels are stated; None if that was not read yet."""
+    """Sources of the units of its channels; None if they were not read yet."""
 
 
 @dataclass(frozen=True, slots=True)

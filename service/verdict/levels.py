@@ -86,7 +86,7 @@ class Tally:
     found: Counter[Level]
     """Those that were wanted."""
     extent: Extent | None
-    """Of the wanted ones with coordinates; None if there is none."""
+    """Extent of the wanted buildings that have coordinates; None if none has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +173,7 @@ def ranked(session: Session, wanted: Selection, offset: int, limit: int) -> Sequ
 
 
 def tally(session: Session, wanted: Selection, without: Collection[int]) -> Tally:
-    """How many buildings have each level, and where the wanted ones are, by one statement that reads each row once.
+    """Number of buildings by level, and the extent of the wanted ones, by one statement that reads each row once.
 
     Args:
         session: of the database.

@@ -221,7 +221,7 @@ def _unseen() -> Question:
 
 
 def _earlier(*columns: Any) -> Question:  # noqa: ANN401  SQLAlchemy's
-    """Of the events before the last one of each building."""
+    """Query of columns of the events before the last one of each building, grouped by building."""
     last = aliased(Event)
     joined = select(*columns).join(last, last.building_id == Event.building_id)
     return joined.where(last.id.in_(EVENTS), Event.start < last.start).group_by(Event.building_id)

@@ -31,7 +31,7 @@ SHARED = (
     *("service.jobs.executors", "service.analyses.loading", "service.notify.notifier", "service.records.source_poller"),
     *("service.app", *forked_children.IMPORTED),
 )
-"""What the commands that tests run this way, and their children, import when they run."""
+"""Modules that the commands of tests, and their children, import when they run."""
 LARGEST = 1 << 17
 """Bytes of a message."""
 
