@@ -4,19 +4,17 @@ import logging
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 from datetime import datetime, timedelta
-from typing import Any
 
 import numpy as np
 from sqlalchemy import ColumnElement, or_, select, update
-from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, undefer
 
 from service import logs
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
-from service.db.base import Base
 from service.db.blobs import decode, encode
 from service.db.process_leases import is_wrong
+from service.db.upsert import insert_into
 from service.formats.trace import Trace, extent, overlapping
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
@@ -89,7 +87,7 @@ def queue_now(session: Session, building: Building, now: datetime) -> None:
 def add(session: Session, event: Event, recording: Recording, traces: Sequence[Trace], now: datetime) -> None:
     """Add a recording's traces to an event, without samples that the event already has."""
     link = {"event_id": event.id, "recording_id": recording.id}
-    session.execute(_insert(session, EventRecording).on_conflict_do_nothing(), [link])
+    session.execute(insert_into(session, EventRecording).on_conflict_do_nothing(), [link])
     pieces = _pieces(session, event, {trace.channel for trace in traces})
     added = [_add(session, event, trace, pieces[trace.channel]) for trace in traces]
     if any(added):
@@ -105,13 +103,7 @@ def remember_channels(session: Session, building_id: int, channels: Iterable[str
     noted = set(session.scalars(select(RecordedChannel.channel).where(RecordedChannel.building_id == building_id)))
     rows = [{"building_id": building_id, "channel": channel} for channel in sorted(set(channels) - noted)]
     if rows:
-        session.execute(_insert(session, RecordedChannel).on_conflict_do_nothing(), rows)
-
-
-def _insert(session: Session, table: type[Base]) -> Any:  # noqa: ANN401  of the database's own kind
-    """An insert that can leave rows alone that are there already."""
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    return dialect.insert(table)
+        session.execute(insert_into(session, RecordedChannel).on_conflict_do_nothing(), rows)
 
 
 def is_complete(event: Event, described: BuildingFile) -> bool:

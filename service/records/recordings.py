@@ -3,10 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
-from typing import Any
 
 from sqlalchemy import select
-from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import formats, parsing
@@ -16,6 +14,7 @@ from service.buildings.description import BuildingFile
 from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db.sessions import reading
+from service.db.upsert import insert_into
 from service.formats import Gain, Trace
 from service.parsing import Limits
 from service.records import originals
@@ -176,8 +175,7 @@ def remember(session: Session, building: Building, files: Iterable[Known]) -> No
     states = {one.address: one for one in (replace(file, address=storable(file.address)) for file in files)}
     if not states:
         return
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    new = dialect.insert(FetchedFile)
+    new = insert_into(session, FetchedFile)
     keys = ("building_id", "address")
     kept = {column.key: column for column in new.excluded if column.key not in keys}
     rows = [{"building_id": building.id, **asdict(one)} for one in states.values()]

@@ -8,7 +8,6 @@ from time import monotonic, sleep
 from typing import Any
 
 from sqlalchemy import select
-from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -18,6 +17,7 @@ from service.buildings.description import BuildingFile, SourceFile
 from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.db.sessions import reading
+from service.db.upsert import insert_into
 from service.errors import StoreAwayError
 from service.parsing import ParserDiedError
 from service.records import events
@@ -344,14 +344,14 @@ def source_state(session: Session, building: Building) -> SourceState:
     state = session.get(SourceState, building.id)
     if state is not None:
         return state
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    session.execute(dialect.insert(SourceState).values(building_id=building.id, cursor={}).on_conflict_do_nothing())
+    session.execute(
+        insert_into(session, SourceState).values(building_id=building.id, cursor={}).on_conflict_do_nothing()
+    )
     return session.get_one(SourceState, building.id)
 
 
 def set_source_state(session: Session, building: Building, columns: Mapping[str, object]) -> None:
     """Set columns of the state of a building's source, which may be a new one."""
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    new = dialect.insert(SourceState)
+    new = insert_into(session, SourceState)
     of_building = {"index_elements": ["building_id"], "set_": {name: new.excluded[name] for name in columns}}
     session.execute(new.on_conflict_do_update(**of_building), [{"building_id": building.id, "cursor": {}, **columns}])

@@ -12,11 +12,11 @@ from functools import reduce
 from typing import Any
 
 from sqlalchemy import ColumnElement, Text, and_, case, cast, func, or_, select, true
-from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from service.buildings.tables import Building
 from service.db.select import Question
+from service.db.upsert import insert_into
 from service.verdict import reading
 from service.verdict.checks import LEVELS, Level
 from service.verdict.tables import BuildingLevel
@@ -255,7 +255,6 @@ def _within(area: Area) -> Sequence[ColumnElement[bool]]:
 
 
 def _upsert(session: Session, rows: Sequence[Mapping[str, Any]]) -> None:
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    insert = dialect.insert(BuildingLevel).values(rows)
+    insert = insert_into(session, BuildingLevel).values(rows)
     changed = {name: insert.excluded[name] for name in rows[0] if name != "building_id"}
     session.execute(insert.on_conflict_do_update(index_elements=["building_id"], set_=changed))

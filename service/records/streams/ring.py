@@ -5,10 +5,10 @@ from datetime import datetime
 from typing import Any
 
 from sqlalchemy import delete, select
-from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from service.buildings.tables import Building
+from service.db.upsert import insert_into
 from service.records.recordings import storable
 from service.records.streams.packets import Packet
 from service.records.tables import Packet as Kept
@@ -24,9 +24,8 @@ def keep(session: Session, building: Building, packets: Sequence[Packet], now: d
     """Keep the packets that the building does not have yet; returns the digests of these."""
     if not packets:
         return frozenset()
-    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
     rows = [_row(building, packet, now) for packet in packets]
-    insert = dialect.insert(Kept).on_conflict_do_nothing().returning(Kept.sha256)
+    insert = insert_into(session, Kept).on_conflict_do_nothing().returning(Kept.sha256)
     return frozenset(session.scalars(insert, rows))
 
 
