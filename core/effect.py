@@ -183,6 +183,11 @@ class Effect:
         object.__setattr__(self, "special", FrozenDict(self.special))
         object.__setattr__(self, "design", FrozenDict(self.design))
 
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """Parameters that a fit does not keep fixed."""
+        return tuple(one.name for one in self.parameters if one.name not in self.held)
+
     def _check_kind(self, kind: str, needs: tuple[str, ...]) -> None:
         if kind not in KINDS:
             raise ModelError(f"{self.title}: its kind {kind!r} must be one of {', '.join(KINDS)}")

@@ -291,9 +291,9 @@ def is_worth_holding(data: FitData, fit: Fit, other: Fit, τ: float) -> bool:
 
 
 def are_peers(contains: str, simple: str) -> bool:
-    """True if a law that contains simpler ones is of another law's family and has no more parameters than it."""
+    """True if a law that contains simpler ones is of another law's family, and a fit of it has no more parameters."""
     one, other = EFFECTS[contains], EFFECTS[simple]
-    return one.family == other.family and len(one.parameters) <= len(other.parameters)
+    return one.family == other.family and len(one.fitted) <= len(other.fitted)
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:

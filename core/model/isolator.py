@@ -37,14 +37,16 @@ class Isolator:
 
     @classmethod
     def of_all_values(cls, effects: Mapping[str, Mapping[str, float]]) -> "Isolator":
-        """A model whose effects have a value for every parameter.
+        """A model whose effects are given with the values of all parameters; those that choose the form of a law may be
+        left out, as in models from before the law had several.
 
         Raises:
             ModelError: an effect or a value is missing, unknown or out of its range.
         """
-        for name, values in effects.items():
+        complete = {name: _in_usual_form(name) | dict(values) for name, values in effects.items()}
+        for name, values in complete.items():
             _check(name, values)
-        return cls(effects)
+        return cls(complete)
 
     def __str__(self) -> str:
         rows = tuple(
@@ -178,6 +180,10 @@ def _completed(name: str, values: Mapping[str, float]) -> Mapping[str, float]:
     if len(values) >= len(parameters):
         return values
     return {one.name: one.prior.median for one in parameters.values()} | dict(values)
+
+
+def _in_usual_form(name: str) -> dict[str, float]:
+    return {key: one.prior.median for key, one in _parameters(name).items() if key in EFFECTS[name].forms}
 
 
 def _check(name: str, values: Mapping[str, float]) -> None:

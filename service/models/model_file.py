@@ -60,7 +60,10 @@ class ModelTable(Table):
         description="motion that it was fitted to, from a displacement channel that was integrated from accelerations: "
         "recorded or restored; default: as the setting `analysis.integral` says",
     )
-    effects: Values = Field(description="a table for each effect, with the value of every one of its parameters, SI")
+    effects: Values = Field(
+        description="a table for each effect, with the value of every one of its parameters, SI; those that choose the "
+        "form of its law may be left out"
+    )
     standard_deviations: WrittenDeviations = Field(
         default={}, description="the same for their standard deviations; inf where the records did not determine it"
     )

@@ -129,7 +129,7 @@ def test_a_version_from_before_an_effect_had_a_value_more_has_the_usual_one(
     answer = api.get(f"/api/v1/models/{number}/file")
     assert answer.status_code == 200, answer.text
     stored = tomllib.loads(answer.text)["effects"]["friction"]
-    assert stored == {**friction, "corner": 2.0}
+    assert stored == {**friction, "corner": 2.0, "sticking": 0.0, "unloading": 0.0}
 
 
 def test_lineage_begins_with_the_first_model(api: TestClient, sessions: sessionmaker[Session]) -> None:

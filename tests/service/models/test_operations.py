@@ -272,7 +272,7 @@ def test_where_no_known_effect_explains_it_earthquakes_are_left_out_in_turn() ->
     """The law is none of those offered: what describes it must predict, and the strongest earthquake is told apart."""
     unknown = {"hysteresis_spectrum": {"F_s": 1e6}, "strain_softening": {}, "mullins": {}}
     seen = observations(Isolator({**BOUC_WEN.effects, **unknown}), 0.01, 3, (0.05, 0.12, 0.06), 21.0)
-    offered = ("hardening", "recent_softening", "second_hysteresis")
+    offered = ("hardening", "recent_softening", "maxwell")
     found = improve(GIVEN, "given.toml", records_from_observations(seen, set()), silent, offered)
     document = through_json(as_json(documents.improvement(found)))
     first, *_, last = document["left_out"]
