@@ -7,7 +7,7 @@ behind do not matter to a diagnosis. Only effects that came near are searched fr
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 import scipy
@@ -70,6 +70,22 @@ class ScoreTest:
     """Reduction of chi-square, with small changes of the model's other parameters."""
 
 
+def score_tests_of_forms(data: FitData, base: Fit, effect: str) -> tuple[ScoreTest, ...]:
+    """Best place to begin a search for every other form of an effect's law, the most promising form first.
+
+    Args:
+        data: the records, weighed.
+        base: the model without the effect, fitted to the records.
+        effect: its name.
+    """
+    about = EFFECTS[effect]
+    usual = {name: parameter((effect, name)).prior.median for name in about.forms}
+    every = (dict(zip(usual, values, strict=True)) for values in product(*((usual[n], *about.forms[n]) for n in usual)))
+    basis = np.linalg.qr(tangents(data, base).T).Q
+    best = [_gains_by_place(data, base, basis, effect, form)[0] for form in islice(every, 1, None)]
+    return tuple(sorted(best, key=lambda one: -one.gain))
+
+
 def score_tests(
     data: FitData, base: Fit, effects: Collection[str], report: ReportShare = unheard
 ) -> tuple[tuple[ScoreTest, ...], ...]:
@@ -95,16 +111,21 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
     if not is_excited(effect, data.observations):
         usual = {one.name: one.prior.median for one in EFFECTS[effect].parameters}
         return (ScoreTest(effect, Isolator({**base.model.effects, effect: usual}), 0.0),)
-    models = [Isolator({**base.model.effects, effect: values}) for values in starts(effect, data.observations)]
-    gains = _gains(base.residual, basis, signatures(data, base, models), _is_one_sided(effect))
-    places = [ScoreTest(effect, model, gain) for model, gain in zip(models, gains, strict=True)]
-    best = sorted(places, key=lambda one: -one.gain)
+    best = _gains_by_place(data, base, basis, effect, {})
     if yields_beside(effect) and EFFECTS[effect].kind == "yielding":  # its sharpness depends on its length
         before = [[_lengths(other) for other in best[:number]] for number in range(len(best))]
         return tuple(one for one, others in zip(best, before, strict=True) if others.count(_lengths(one)) < POLISHED)
     best = [one for one in best if one.gain >= PROMISING * best[0].gain]
     other = [one for one in best[POLISHED:] if _lengths(one) != _lengths(best[0])]
     return (*best[:POLISHED], *other[:1])
+
+
+def _gains_by_place(data: FitData, base: Fit, basis: Matrix, effect: str, form: Mapping[str, float]) -> list[ScoreTest]:
+    values = (of | form for of in starts(effect, data.observations))
+    models = [Isolator({**base.model.effects, effect: of}) for of in values]
+    gains = _gains(base.residual, basis, signatures(data, base, models), _is_one_sided(effect))
+    places = [ScoreTest(effect, model, gain) for model, gain in zip(models, gains, strict=True)]
+    return sorted(places, key=lambda one: -one.gain)
 
 
 def yields_beside(effect: str) -> bool:
@@ -176,7 +197,7 @@ def _gain(residual: Vector, own: Matrix, size: Vector, there: Mask, one_sided: S
     return max(0.0, float(amplitudes @ amplitudes - left**2))
 
 
-def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:
+def starts(effect: str, observations: Sequence[Observation]) -> Iterator[dict[str, float]]:
     """Values of an effect's parameters to search from, within what the layer has seen."""
     about = EFFECTS[effect]
     usual = {one.name: one.prior.median for one in about.parameters}
@@ -220,6 +241,8 @@ def _instants(observations: Sequence[Observation]) -> Vector:
     return np.unique(instants)
 
 
+SLIPS = (0.8, 1.25)
+"""Factors of a slip at which another minimum is searched for. A choice."""
 SPARE = 4.0
 """Ratio of the largest gain that a search may still have to that which its slope and its last step predict. A
 choice."""
@@ -249,6 +272,8 @@ def search_in_parallel(
         exchanged = _exchanged(_best(ended[effect]), effect)
         if exchanged is not None:
             ended[effect].append(_continued(data, start_search(data, exchanged), ended[effect]))
+        for near in _at_other_slips(_best(ended[effect]), effect):
+            ended[effect].append(_continued(data, start_search(data, near), ended[effect]))
     best = {effect: _best(each) for effect, each in ended.items()}
     return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in best.items()}
 
@@ -267,6 +292,20 @@ def _exchanged(one: Search, effect: str) -> Isolator | None:
     for key, value in ((own, values[other]), (other, values[own])):
         values[key] = float(np.clip(value, *parameter(key).bounds))
     return model_of(values, tuple(names))
+
+
+def _at_other_slips(one: Search, effect: str) -> Iterator[Isolator]:
+    """The model of a search with the slip of an effect a little shorter or longer; none if the effect does not slide.
+
+    A slip is over within a few samples, and the misfit has minima that lie as close to each other.
+    """
+    if EFFECTS[effect].kind != "sliding":
+        return
+    values = dict(one.point.values)
+    names = tuple(dict.fromkeys(name for name, _ in values))
+    for key in [key for key in values if key[0] == effect and parameter(key).unit == "m"]:
+        for times in SLIPS:
+            yield model_of({**values, key: float(np.clip(times * values[key], *parameter(key).bounds))}, names)
 
 
 def _in_turn(data: FitData, running: dict[str, Search]) -> dict[str, Search]:

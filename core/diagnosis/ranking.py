@@ -14,7 +14,9 @@ from core.arrays import Vector
 from core.diagnosis.candidate_search import (
     ReportShare,
     ScoreTest,
+    is_excited,
     score_tests,
+    score_tests_of_forms,
     search_in_parallel,
     unheard,
     unusual_length,
@@ -62,6 +64,8 @@ IN_FORM = 1.1
 """Noise ratio that the best law must leave for other forms of laws to be tried. A choice."""
 FORMS_TRIED = 4
 """Laws, the best first, of which other forms are tried. A choice, for its time."""
+PLACES_TRIED = 2
+"""Forms, the most promising first, of which a law is searched from their own best place. A choice, for its time."""
 HELD_WORTH = 0.03
 """Smallest share of the residual's power that another value of a held parameter must take to be kept. A choice."""
 
@@ -188,6 +192,7 @@ def _ranked(
         more, their_fits = _searched(data, base, contain, unheard, is_last=True)
         seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
+    judgeable |= _in_other_forms(data, base, judgeable, floor)
     if judgeable:
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)
         data = reweighted_data(by_noise, at_values(by_noise, best.model))
@@ -196,7 +201,6 @@ def _ranked(
         name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
         for name, fit in judgeable.items()
     }
-    every |= _in_other_forms(data, {name: every[name] for name in judgeable}, floor)
     every |= {one.effect: at_values(data, one.model) for one, *_ in seen if one.effect not in fits}
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
@@ -255,15 +259,27 @@ def _worth_trying(
     return [] if best is None else [name for name in contain if are_peers(name, best)]
 
 
-def _in_other_forms(data: FitData, fits: Mapping[str, Fit], floor: Vector) -> dict[str, Fit]:
+def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> dict[str, Fit]:
     """Those fits of laws that have other forms, each in its best form, if no law in its usual form explains the
-    records."""
-    finite = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
-    if not finite or min(_noise_ratio(data, fit, floor) for fit in finite.values()) <= IN_FORM:
+    records.
+
+    Another form is searched for from the fit in the usual one and from its own best places, since the values of a form
+    that does not suit may lie in a minimum of the misfit that the other form does not leave.
+    """
+    if not fits or min(_noise_ratio(data, fit, floor) for fit in fits.values()) <= IN_FORM:
         return {}
-    τ = inflation(data, min(finite.values(), key=lambda fit: fit.chi_square))
-    having = sorted((name for name in finite if EFFECTS[name].forms), key=lambda name: finite[name].chi_square)
-    return {name: in_best_form(data, finite[name], name, τ) for name in having[:FORMS_TRIED]}
+    τ = inflation(data, min(fits.values(), key=lambda fit: fit.chi_square))
+    having = [name for name in fits if EFFECTS[name].forms and is_excited(name, data.observations)]
+    having.sort(key=lambda name: fits[name].chi_square)
+    made = {}
+    for name in having[:FORMS_TRIED]:
+        usual = fits[name]
+        places = [one.model for one in score_tests_of_forms(data, base, name)[:PLACES_TRIED]]
+        own = search_in_parallel(data, {name: places}, [name])[name]
+        found = [in_best_form(data, usual, name, τ), *([] if own.outcome is Outcome.DIVERGED else [own])]
+        best = min(found, key=lambda fit: fit.chi_square)
+        made[name] = best if is_worth_holding(data, usual, best, τ) else usual
+    return made
 
 
 def in_best_form(data: FitData, fit: Fit, effect: str, τ: float) -> Fit:

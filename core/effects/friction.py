@@ -4,8 +4,8 @@ With a corner of 2 the law is that of Constantinou et al. (1990): Wen's (1976) v
 the speed. With a sharp corner it is that of sliding elements with a return mapping (Simo & Hughes 1998): the slider is
 a spring of one stiffness until the strength at its speed bounds the force. In between, the strength is divided: its
 power 2 / corner scales the force, and the rest bounds the variable. In other forms unloading begins steeper, as with
-Dahl (1968), and the force is higher by a share before it slides, which fades as a Gaussian of the speed (Canudas de Wit
-et al., 1995).
+Dahl (1968), and the bound is higher by a share before it slides, which fades as a Gaussian of the speed. With both, and
+a corner of 1, it is the law of Canudas de Wit et al. (1995) without its viscosity.
 """
 
 from math import exp
@@ -24,9 +24,9 @@ AT_BOUND = 1e-3
 def law(v, step, z_f, sliding, share, a, slip, corner, unloading, sticking):
     speed = abs(v)
     strength = 1.0 - share * exp(-a * speed)
-    strength += 0.0 if sticking == 0.0 else sticking * exp(-(a * speed) * (a * speed))
     scale = strength ** (ROUND / corner)
     bound = strength / scale
+    bound += 0.0 if sticking == 0.0 else sticking * exp(-(a * speed) * (a * speed))
     along = z_f if v >= 0.0 else -z_f
     if along > 0.0:
         bend = (along / bound) ** corner
@@ -57,7 +57,7 @@ EFFECT = Effect(
         Parameter("corner", "1", (1.0, 100.0), LogNormal(2.0, 1.0), "sharpness of that: 2 is round, from 10 on sharp"),
         Parameter("unloading", "1", (-0.9, 2.0), Normal(0.0, 0.5), "share by which unloading begins steeper"),
         Parameter(
-            "sticking", "1", (-1e-3, 3.0), Normal(0.0, 0.3), "share by which the force is higher before it slides"
+            "sticking", "1", (-1e-3, 3.0), Normal(0.0, 0.3), "share by which the bound is higher before it slides"
         ),
     ),
     absent={"sliding": 0.0},

@@ -114,6 +114,11 @@ def test_a_length_that_the_records_do_not_show_stays_as_it_is() -> None:
         ("heating", {"loss": 6.0, "recovery": 30.0, "form": 1.3}, "form"),
         ("biaxial", {"joined": 0.8, "D_cross": 4e-3, "circle": 1.0}, "circle"),
         ("displacement_damping", {"c_2": 4e9, "power": 1.0}, "power"),
+        (
+            "friction",
+            {"sliding": 1e6, "share": 1e-3, "a": 20.0, "slip": 1e-3, "corner": 1.0, "unloading": 1.0, "sticking": 0.5},
+            "sticking",
+        ),
     ],
 )
 def test_a_law_in_another_form_is_named_alone_and_its_form_found(

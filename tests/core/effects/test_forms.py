@@ -74,19 +74,17 @@ def test_a_slip_is_as_dahl_has_it() -> None:
     assert back == pytest.approx(at_speed * ((1 + first / at_speed) * np.exp(-s / D) - 1), abs=2e-3)
 
 
-def test_a_slider_sticks_before_it_slides_and_unloads_as_steeply_as_dahl_has_it() -> None:
-    """With a corner of 2: tanh out, tan back, as above; 1 + the sticking times exp(-(a v)²) once it slides."""
+@pytest.mark.parametrize("sticking", [0.2, 0.5])
+def test_friction_sticks_as_canudas_de_wit_has_it(sticking: float) -> None:
+    """z' = 1 ∓ z / b, b = 1 + sticking exp(-(a v)²), whatever b the first slope is 1 / D; 5e-3: the share of 1e-3."""
     D, a = 0.004, 8.0
-    values = {"sliding": 1.0, "share": 1e-3, "a": a, "slip": D, "sticking": 0.5, "unloading": 1.0}
-    strength = 1 - 1e-3 * np.exp(-a * SPEED) + 0.5 * np.exp(-((a * SPEED) ** 2))
+    values = {"sliding": 1.0, "share": 1e-3, "a": a, "slip": D, "corner": 1.0, "sticking": sticking, "unloading": 1.0}
+    bound = 1 + sticking * np.exp(-((a * SPEED) ** 2))
+    out = layer_force({"friction": usual_values("friction", **values)}, way(1.0))
+    assert out == pytest.approx(-bound * np.expm1(-SPEED * np.arange(out.size) / RATE / (D * bound)), abs=5e-3)
     back, s, first = unloaded("friction", values)
-    positive = s < D * np.arctan(first / strength)
-    assert positive.sum() > 2
-    assert back[positive] == pytest.approx(
-        strength * np.tan(np.arctan(first / strength) - s[positive] / D), abs=5e-3 * strength
-    )
-    force = layer_force({"friction": usual_values("friction", **values)}, way(1.0))
-    assert force[-1] == pytest.approx(strength, rel=1e-3)
+    assert first < 0.9 * bound
+    assert back == pytest.approx((bound + first) * np.exp(-s / (D * bound)) - bound, abs=5e-3)
 
 
 def test_unloading_is_as_steep_as_ozdemir_has_it() -> None:
