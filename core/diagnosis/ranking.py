@@ -55,13 +55,12 @@ VISIBLE = 0.015
 """and of what is left over, its power. Chosen on even seeds of benchmarks.diagnosis."""
 
 EXPLAINED = 1.04
-"""Noise ratio that the best of the simple laws must leave for laws that contain simpler ones to be tried.
+"""Noise ratio that the best of the simple laws must leave for laws that contain simpler ones, and other forms of laws,
+to be tried.
 
 With 10 % noise, laws that were named rightly left up to 1.02, and simpler laws in the place of others 1.03 to 1.10 (odd
 seeds of benchmarks.diagnosis). With 1.1 and 1.04 the same was named in twelve trials with even seeds.
 """
-IN_FORM = 1.1
-"""Noise ratio that the best law must leave for other forms of laws to be tried. A choice."""
 FORMS_TRIED = 4
 """Laws, the best first, of which other forms are tried. A choice, for its time."""
 PLACES_TRIED = 2
@@ -266,7 +265,7 @@ def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Ve
     Another form is searched for from the fit in the usual one and from its own best places, since the values of a form
     that does not suit may lie in a minimum of the misfit that the other form does not leave.
     """
-    if not fits or min(_noise_ratio(data, fit, floor) for fit in fits.values()) <= IN_FORM:
+    if not fits or min(_noise_ratio(data, fit, floor) for fit in fits.values()) <= EXPLAINED:
         return {}
     τ = inflation(data, min(fits.values(), key=lambda fit: fit.chi_square))
     having = [name for name in fits if EFFECTS[name].forms and is_excited(name, data.observations)]
