@@ -152,6 +152,8 @@ class Effect:
     functions of parameters, by name, which also accept complex numbers for the sake of derivatives."""
     publishes: str | None = None
     """State that other laws read as `yielded`; one effect has it."""
+    sets_in: str | None = None
+    """Parameter that is the time which a change at an instant takes; a search moves the instant by about so much."""
     needs: tuple[str, ...] = field(init=False)
     """Names of the law's arguments, in order."""
 
@@ -169,8 +171,9 @@ class Effect:
             self._check_kind(self.kind, needs)
         of_design = {name for value in self.design.values() for name in signature(value).parameters}
         if strange := sorted(
-            {*self.absent, *self.linear, *self.held, *self.forms, *self.special, *self.open_ended, *of_design}
-            - set(named)
+            {*self.absent, *self.linear, *self.held, *self.forms, *self.special, *self.open_ended, *of_design}.union(
+                [self.sets_in] if self.sets_in else []
+            ).difference(named)
         ):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}

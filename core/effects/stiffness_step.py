@@ -13,6 +13,7 @@ EFFECT = Effect(
     title="Step of the stiffness",
     law=law,
     acts_on="stiffness",
+    sets_in="width",
     forms={"width": (1e4, 1e5, 3e5, 1e6)},  # the usual one is only wide enough for a derivative by the date
     parameters=(
         Parameter("change", "1", (-0.95, 5.0), Normal(-0.1, 0.15), "share of stiffness gained, or lost if negative"),

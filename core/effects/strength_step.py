@@ -13,6 +13,7 @@ EFFECT = Effect(
     title="Step of the yield force",
     law=law,
     acts_on="load",
+    sets_in="width",
     forms={"width": (1e4, 1e5, 3e5, 1e6)},  # the usual one is only wide enough for a derivative by the date
     parameters=(
         Parameter("change", "1", (-0.95, 5.0), Normal(-0.2, 0.2), "share of the forces gained, or lost if negative"),

@@ -5,7 +5,7 @@ finds the others), with Kaufman's (1975) approximation of the projection's deriv
 integrated laws, exact to rounding.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -13,7 +13,8 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.effect import LogNormal, Normal
+from core.effect import LogNormal
+from core.effects import EFFECTS
 from core.fitting.data import FitData
 from core.fitting.projection import (
     FreeParameters,
@@ -187,13 +188,13 @@ def leads_to(now: Search, known: Search) -> bool:
 
 
 def _variables(now: Search) -> Vector:
-    """(nonlinear,) search variables: logarithms, or values in units of their priors' spreads."""
-    return np.array([_variable(key, now.point.values[key]) for key in now.search.nonlinear])
+    """(nonlinear,) search variables: logarithms, or values in their units."""
+    return np.array([_variable(key, now.point.values) for key in now.search.nonlinear])
 
 
-def _variable(key: Key, value: float) -> float:
-    prior = parameter(key).prior
-    return float(np.log(max(value, TINY))) if isinstance(prior, LogNormal) else value / prior.spread
+def _variable(key: Key, values: Mapping[Key, float]) -> float:
+    is_log = isinstance(parameter(key).prior, LogNormal)
+    return float(np.log(max(values[key], TINY))) if is_log else values[key] / _unit(key, values)
 
 
 def _stretch(now: Search, step: Vector) -> float:
@@ -225,16 +226,22 @@ def _lower_point(data: FitData, now: Search, stretch: float, trials: int) -> Ste
     return lower_point(now.point, now.slope.quadratic, moved, now.damping, trials)
 
 
-def _unit(key: Key, value: float) -> float:
-    """Change of the value per unit of the search variable: of its logarithm, or of its prior's spread."""
+def _unit(key: Key, values: Mapping[Key, float]) -> float:
+    """Change of the value per unit of the search variable: of its logarithm, or of its prior's spread.
+
+    That of an instant is the time which the change takes then, if it is longer.
+    """
     prior = parameter(key).prior
-    return value if isinstance(prior, LogNormal) else prior.spread
+    if isinstance(prior, LogNormal):
+        return values[key]
+    takes = EFFECTS[key[0]].sets_in if parameter(key).is_instant else None
+    return prior.spread if takes is None else max(prior.spread, values[key[0], takes])
 
 
 def _slope(data: FitData, search: FreeParameters, point: Point) -> LocalQuadratic:
     if not search.nonlinear or not np.isfinite(point.cost):
         return NO_QUADRATIC
-    units = np.array([_unit(key, point.values[key]) for key in search.nonlinear])
+    units = np.array([_unit(key, point.values) for key in search.nonlinear])
     turned = units[:, None] * derivatives(data, search, point.values, search.nonlinear)
     if diverges(turned):
         return replace(NO_QUADRATIC, diverges=True)
@@ -268,7 +275,7 @@ def _moved(data: FitData, now: Search, step: Vector) -> Point:
     values = dict(now.point.values)
     for row, change in zip(now.slope.free, step, strict=True):
         key = now.search.nonlinear[row]
-        prior: LogNormal | Normal = parameter(key).prior
-        new = values[key] * np.exp(change) if isinstance(prior, LogNormal) else values[key] + change * prior.spread
+        is_log = isinstance(parameter(key).prior, LogNormal)
+        new = values[key] * np.exp(change) if is_log else values[key] + change * _unit(key, values)
         values[key] = float(np.clip(new, *parameter(key).bounds))
     return projected(data, now.search, values)
