@@ -104,3 +104,15 @@ def test_no_record_is_weighed_to_nothing() -> None:
 def test_nothing_to_fit_to_is_an_error() -> None:
     with pytest.raises(RecordError, match="no earthquake is left to fit"):
         weighted_fit((), LINEAR)
+
+
+@pytest.mark.parametrize("days", [20.0, 75.0])
+def test_the_date_of_a_gradual_change_is_found_from_afar(days: float) -> None:
+    """Earthquakes on the days 0, 30, 60 and 90, a change by tanh about day 40: half a day, as the noise leaves it."""
+    day = 86400.0
+    step = {"change": -0.4, "date": 40 * day, "width": 8 * day}
+    seen = observations(Isolator({**BOUC_WEN.effects, "stiffness_step": step}), 0.005, 3, (0.03, 0.05, 0.04, 0.06))
+    begun = Isolator({**BOUC_WEN.effects, "stiffness_step": {**step, "change": -0.1, "date": days * day}})
+    found = fitted(FitData.by_noise(seen), begun).model.effects["stiffness_step"]
+    assert found["date"] == pytest.approx(step["date"], abs=0.5 * day)
+    assert found["change"] == pytest.approx(step["change"], abs=0.01)
