@@ -121,7 +121,7 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
 
 
 def _gains_by_place(data: FitData, base: Fit, basis: Matrix, effect: str, form: Mapping[str, float]) -> list[ScoreTest]:
-    values = (of | form for of in starts(effect, data.observations))
+    values = ({**of, **form} for of in starts(effect, data.observations))
     models = [Isolator({**base.model.effects, effect: of}) for of in values]
     gains = _gains(base.residual, basis, signatures(data, base, models), _is_one_sided(effect))
     places = [ScoreTest(effect, model, gain) for model, gain in zip(models, gains, strict=True)]
@@ -197,7 +197,7 @@ def _gain(residual: Vector, own: Matrix, size: Vector, there: Mask, one_sided: S
     return max(0.0, float(amplitudes @ amplitudes - left**2))
 
 
-def starts(effect: str, observations: Sequence[Observation]) -> Iterator[dict[str, float]]:
+def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:
     """Values of an effect's parameters to search from, within what the layer has seen."""
     about = EFFECTS[effect]
     usual = {one.name: one.prior.median for one in about.parameters}
