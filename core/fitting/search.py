@@ -182,6 +182,9 @@ def leads_to(now: Search, known: Search) -> bool:
     """
     if now.outcome is not None or known.outcome not in (Outcome.SETTLED, Outcome.AT_BOUND) or known.cost > now.cost:
         return False
+    held = now.point.values.keys() - {*now.search.linear, *now.search.nonlinear}
+    if any(now.point.values[key] != known.point.values[key] for key in held):
+        return False
     way = _variables(known) - _variables(now)
     ahead = np.linalg.norm(way - now.step) < NEARER * np.linalg.norm(way)
     return bool(np.abs(way).max(initial=0.0) < SAME and ahead)

@@ -46,7 +46,7 @@ def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_fro
 
 
 def test_the_slip_is_found_where_the_misfit_has_several_minima() -> None:
-    """Of a real excitation, where a slip is over within a few samples: 3 % as the noise; next to it lies 8 %."""
+    """As a building moves, a slip is over within a few samples. 3 %: the noise; the minimum next to it is 8 % off."""
     made = trial("breakaway", 10)
     seen = []
     for number, event in enumerate(made.fitted):

@@ -91,3 +91,10 @@ def test_a_search_that_is_lower_than_what_is_known_goes_on(rubber: FitData) -> N
     higher = replace(known, point=replace(known.point, cost=now.cost + 1.0))
     assert leads_to(now, known)
     assert not leads_to(now, higher)
+
+
+def test_a_search_in_another_form_of_a_law_does_not_lead_to_the_minimum_of_the_usual_one(rubber: FitData) -> None:
+    known, now = ended(rubber, start_search(rubber, of_length(6e-3))), start_search(rubber, of_length(4.9e-3))
+    other = replace(now, point=replace(now.point, values={**now.point.values, ("second_hysteresis", "unloading"): 0.5}))
+    assert leads_to(now, known)
+    assert not leads_to(other, known)
