@@ -8,7 +8,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from core.diagnosis.ranking import Ranking, in_best_form, is_worth_holding
+from core.diagnosis.ranking import FORM_LEAVES, Ranking, in_best_form, is_worth_holding
 from core.effect import LogNormal
 from core.effects import EFFECTS
 from core.fitting.data import FitData
@@ -39,10 +39,12 @@ def with_best_held(ranking: Ranking, effects: Collection[str]) -> Isolator | Non
     """
     data, fit = ranking.data, ranking.base
     for name in effects:
-        fit = in_best_form(data, fit, name, ranking.inflation)
-    for key in _searched(effects):
-        better = _at_best(data, fit, key)
-        if is_worth_holding(data, fit, better, ranking.inflation):
+        other = in_best_form(data, fit, name, ranking.inflation)
+        fit = other if ranking.noise_ratio(other) <= FORM_LEAVES else fit
+    for effect, name in _searched(effects):
+        better = _at_best(data, fit, (effect, name))
+        is_credible = name not in EFFECTS[effect].forms or ranking.noise_ratio(better) <= FORM_LEAVES
+        if is_credible and is_worth_holding(data, fit, better, ranking.inflation):
             fit = better
     return None if fit is ranking.base else fit.model
 

@@ -63,6 +63,9 @@ seeds of benchmarks.diagnosis). With 1.1 and 1.04 the same was named in twelve t
 """
 FORMS_TRIED = 4
 """Laws, the best first, of which other forms are tried. A choice, for its time."""
+FORM_LEAVES = 4.0
+"""Noise ratio that a model may leave with a law in another form. Where more is left, the form may be no more than a
+stand-in for what is unknown. A choice."""
 PLACES_TRIED = 2
 """Forms, the most promising first, of which a law is searched from their own best place. A choice, for its time."""
 HELD_WORTH = 0.03
@@ -277,7 +280,8 @@ def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Ve
         own = search_in_parallel(data, {name: places}, [name])[name]
         found = [in_best_form(data, usual, name, τ), *([] if own.outcome is Outcome.DIVERGED else [own])]
         best = min(found, key=lambda fit: fit.chi_square)
-        made[name] = best if is_worth_holding(data, usual, best, τ) else usual
+        is_kept = is_worth_holding(data, usual, best, τ) and _noise_ratio(data, best, floor) <= FORM_LEAVES
+        made[name] = best if is_kept else usual
     return made
 
 
