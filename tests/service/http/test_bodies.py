@@ -113,7 +113,7 @@ def test_every_response_has_security_headers(address: str, key: str) -> None:
         "/login",
     ):
         for headers in ({}, {"X-API-Key": key}):
-            response = httpx.get(f"{address}{path}", headers=headers)
+            response = httpx.get(f"{address}{path}", headers=headers, timeout=60.0)
             assert response.headers["x-content-type-options"] == "nosniff", path
             assert response.headers["x-frame-options"] == "DENY", path
             assert "default-src 'none'" in response.headers["content-security-policy"], path
