@@ -153,7 +153,7 @@ class Effect:
     publishes: str | None = None
     """State that other laws read as `yielded`; one effect has it."""
     sets_in: str | None = None
-    """Parameter that is the time which a change at an instant takes: a search moves the instant by as much."""
+    """Parameter with the duration of a change at an instant; a search moves the instant by steps of that order."""
     needs: tuple[str, ...] = field(init=False)
     """Names of the law's arguments, in order."""
 
@@ -170,8 +170,8 @@ class Effect:
         if self.kind is not None:
             self._check_kind(self.kind, needs)
         of_design = {name for value in self.design.values() for name in signature(value).parameters}
-        told = {*self.absent, *self.linear, *self.held, *self.forms, *self.special, *self.open_ended, *of_design}
-        if strange := sorted({*told, *([self.sets_in] if self.sets_in else [])} - set(named)):
+        chosen = {*self.absent, *self.linear, *self.held, *self.forms, *self.special, *self.open_ended, *of_design}
+        if strange := sorted({*chosen, *filter(None, [self.sets_in])} - set(named)):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}
         if strange := sorted(kept - set(self.states)):

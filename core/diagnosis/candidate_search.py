@@ -121,6 +121,7 @@ def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Sco
 
 
 def _gains_by_place(data: FitData, base: Fit, basis: Matrix, effect: str, form: Mapping[str, float]) -> list[ScoreTest]:
+    """Score tests over an effect's grid, in a form of its law, the best place first; {} for the usual form."""
     values = ({**of, **form} for of in starts(effect, data.observations))
     models = [Isolator({**base.model.effects, effect: of}) for of in values]
     gains = _gains(base.residual, basis, signatures(data, base, models), _is_one_sided(effect))

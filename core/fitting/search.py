@@ -232,7 +232,7 @@ def _lower_point(data: FitData, now: Search, stretch: float, trials: int) -> Ste
 def _unit(key: Key, values: Mapping[Key, float]) -> float:
     """Change of the value per unit of the search variable: of its logarithm, or of its prior's spread.
 
-    That of an instant is the time which the change takes then, if it is longer.
+    That of an instant is the duration of the change then, if it is longer.
     """
     prior = parameter(key).prior
     if isinstance(prior, LogNormal):
