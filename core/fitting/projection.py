@@ -48,16 +48,17 @@ class Point:
     """(linear, m) derivatives of the whitened force by the linear parameters."""
 
 
-def free_parameters(model: Isolator, zero: Collection[Key] = ()) -> FreeParameters:
+def free_parameters(model: Isolator, zero: Collection[Key] = (), also: Collection[Key] = ()) -> FreeParameters:
     """All parameters of the model's effects except those that a fit leaves alone.
 
     Args:
         model: effects and values.
         zero: parameters that the force is proportional to, and that stay 0.
+        also: parameters that a fit usually leaves alone, and that are free here.
     """
     keys = [(name, one.name) for name in model.effects for one in EFFECTS[name].parameters]
     keys = [key for key in keys if key not in zero]
-    free = [key for key in keys if key[1] not in EFFECTS[key[0]].held]
+    free = [key for key in keys if key in also or key[1] not in EFFECTS[key[0]].held]
     linear = tuple(key for key in free if key[1] in EFFECTS[key[0]].linear)
     return FreeParameters(linear, tuple(key for key in free if key not in linear), groups(model.effects))
 

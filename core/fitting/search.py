@@ -52,6 +52,9 @@ SAME = 0.2
 """Largest difference of every value, as in LONGEST_STEP, from a known minimum that a search may lead to. A choice."""
 NEARER = 0.8
 """Ratio of the distances to that minimum after and before the next step, below which the step leads there. A choice."""
+NEGLIGIBLE = 0.25
+"""Share of SETTLED, or of RELATIVE, below which a predicted reduction ends a search before the step: where the residual
+is large, a step may gain several times what is predicted. A choice."""
 TINY = 1e-300
 """A smaller number counts as this before its logarithm or its inverse is taken."""
 
@@ -126,15 +129,16 @@ class Search:
         return 0.0 if self.outcome is not None else max(self.slope.predicted_gain, self.gained)
 
 
-def start_search(data: FitData, model: Isolator, zero: Collection[Key] = ()) -> Search:
+def start_search(data: FitData, model: Isolator, zero: Collection[Key] = (), also: Collection[Key] = ()) -> Search:
     """Search that starts from the model's values.
 
     Args:
         data: the records.
         model: effects and values.
         zero: parameters that the force is proportional to, and that stay 0.
+        also: parameters that are searched for besides those of a fit.
     """
-    search = free_parameters(model, zero)
+    search = free_parameters(model, zero, also)
     point = projected(data, search, values_of(model))
     slope = _slope(data, search, point)
     outcome = None if slope.free else Outcome.AT_BOUND
@@ -160,15 +164,16 @@ def step_search(data: FitData, now: Search) -> Search:
     point, gained, damping = (now.point, 0.0, now.damping) if step is None else (step.point, step.gained, step.damping)
     is_whole = gained and damping.value <= now.damping.value and stretch * np.abs(change).max() < LONGEST_STEP
     slope = _slope(data, now.search, point) if gained else now.slope
+    least = max(SETTLED, RELATIVE * point.cost)
     outcome: Outcome | None = None
     if slope.diverges:
         outcome = Outcome.DIVERGED
-    elif gained < max(SETTLED, RELATIVE * point.cost):
+    elif not slope.free:
+        outcome = Outcome.AT_BOUND
+    elif gained < least or slope.predicted_gain < NEGLIGIBLE * least:
         outcome = Outcome.SETTLED
     elif now.steps + 1 >= MOST_STEPS:
         outcome = Outcome.STOPPED
-    elif not slope.free:
-        outcome = Outcome.AT_BOUND
     last, stretch = (change, stretch) if is_whole else (None, 1.0)
     return Search(now.search, point, slope, damping, now.steps + 1, gained, outcome, last, stretch)
 

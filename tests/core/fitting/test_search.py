@@ -10,7 +10,7 @@ from core.fitting import search as searching
 from core.fitting.data import FitData
 from core.fitting.fit import fitted, reweighted_data
 from core.fitting.projection import free_parameters, is_clamped, projected, values_of
-from core.fitting.search import Search, leads_to, start_search, step_search
+from core.fitting.search import Outcome, Search, leads_to, start_search, step_search
 from core.model.isolator import Isolator, Key
 
 STEP = 1e-4
@@ -75,7 +75,16 @@ def test_stretched_steps_end_in_the_same_minimum_earlier(
     assert stretched.point.values[key] == pytest.approx(plain.point.values[key], rel=0.02)
 
 
-@pytest.mark.parametrize("length", [1e-3, 3e-3, 2e-2])
+@pytest.mark.parametrize("length", [1e-3, 2e-3, 3e-3, 2e-2])
+def test_a_search_that_has_settled_has_nothing_left_to_gain(rubber: FitData, length: float) -> None:
+    """It may end before the step that would show so, by the reduction that is predicted."""
+    settled = ended(rubber, start_search(rubber, of_length(length)))
+    further = step_search(rubber, replace(settled, outcome=None))
+    assert further.gained < searching.SETTLED
+    assert further.outcome is Outcome.SETTLED
+
+
+@pytest.mark.parametrize("length", [1e-3, 1.5e-3, 2e-2])
 def test_a_search_that_leads_to_a_known_minimum_would_end_there(rubber: FitData, length: float) -> None:
     known, now = ended(rubber, start_search(rubber, of_length(6e-3))), start_search(rubber, of_length(length))
     assert not leads_to(now, known), "it is far from it"
