@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from core.comparison.compared import compare_forces, force_misfit
 from core.comparison.misfit import Misfit
+from core.concurrency import at_once
 from core.diagnosis.effect_search import Step
 from core.diagnosis.missing_effects import Diagnosis
 from core.diagnosis.plausibility import implausible
@@ -51,13 +52,18 @@ class Candidate:
 def candidates(ranking: Ranking, earthquakes: Earthquakes) -> tuple[tuple[Candidate, ...], tuple[Dropped, ...]]:
     """All effects of a ranking, each on every earthquake, the best first; and those whose force diverged in one."""
     alike = {one.effect for one in ranking.supported}
-    tried, dropped = [], []
-    for one in ranking.candidates:
+
+    def tried(one: ScoredCandidate) -> Candidate | Dropped:
         try:
-            tried.append(_candidate(one, ranking, earthquakes, one.effect in alike))
+            return _candidate(one, ranking, earthquakes, one.effect in alike)
         except ModelError as error:
-            dropped.append(Dropped(one.effect, str(error)))
-    return tuple(tried), tuple(dropped)
+            return Dropped(one.effect, str(error))
+
+    every = tuple(at_once(tried, ranking.candidates))
+    return (
+        tuple(one for one in every if isinstance(one, Candidate)),
+        tuple(one for one in every if isinstance(one, Dropped)),
+    )
 
 
 def _candidate(scored: ScoredCandidate, ranking: Ranking, earthquakes: Earthquakes, in_set: bool) -> Candidate:
