@@ -1,18 +1,20 @@
 """Search for the absent effects that would explain a model's residual.
 
-Score tests over a grid of each effect's parameters choose the starting points. All effects are then searched in
-parallel, one step each in turn; a search ends early when it cannot come near the best one, since effects that are far
-behind do not matter to a diagnosis. Only effects that came near are searched from another starting point too.
+Score tests over a grid of each effect's parameters choose the starting points. All effects are then searched at once,
+step by step; a search ends early when it cannot come near the best one, since effects that are far behind do not matter
+to a diagnosis. Only effects that came near are searched from another starting point too.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
 from itertools import islice, product
 
 import numpy as np
 import scipy
 
 from core.arrays import Mask, Matrix, Vector
+from core.concurrency import at_once
 from core.effect import LogNormal, Parameter
 from core.effects import EFFECTS
 from core.fitting.data import FitData
@@ -20,7 +22,7 @@ from core.fitting.fit import Fit, finish_search, signatures, tangents
 from core.fitting.observation import Observation
 from core.fitting.projection import model_of
 from core.fitting.search import Outcome, Search, leads_to, start_search, step_search
-from core.model.isolator import Isolator, parameter
+from core.model.isolator import Isolator, Key, parameter
 
 GRID = (5, 3, 2)
 """Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional. A choice."""
@@ -101,9 +103,10 @@ def score_tests(
     """
     basis = np.linalg.qr(tangents(data, base).T).Q
     tests = []
-    for number, effect in enumerate(effects, 1):
-        tests.append(_by_place(data, base, basis, effect))
-        report(number / len(effects))
+    with closing(at_once(lambda effect: _by_place(data, base, basis, effect), effects)) as places:
+        for number, best in enumerate(places, 1):
+            tests.append(best)
+            report(number / len(effects))
     return tuple(sorted(tests, key=lambda places: -places[0].gain))
 
 
@@ -254,7 +257,10 @@ FEWEST_STEPS = 2
 
 
 def search_in_parallel(
-    data: FitData, places: Mapping[str, Sequence[Isolator]], thorough: Collection[str] = ()
+    data: FitData,
+    places: Mapping[str, Sequence[Isolator]],
+    thorough: Collection[str] = (),
+    below: float = np.inf,
 ) -> Mapping[str, Fit]:
     """Best fit of every effect: STOPPED if others were much better, DIVERGED if no start converged.
 
@@ -262,21 +268,80 @@ def search_in_parallel(
         data: the records, weighed.
         places: by effect, models with it at values from which to search, the most promising first.
         thorough: effects that are searched from every place, and with their length and the damper's exchanged.
+        below: chi-square; where a search cannot come below it, it is stopped.
     """
-    searches = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
+    first = {effect: start_search(data, models[0]) for effect, models in places.items()}
+    searches = _in_turn(data, first, 0.5 * below)
     diverged = [effect for effect, one in searches.items() if one.outcome is Outcome.DIVERGED]
-    ended = {effect: [one] for effect, one in searches.items()}
-    for effect in dict.fromkeys([*_near(searches), *diverged, *thorough]):
-        for model in places[effect][1:]:
-            ended[effect].append(_continued(data, start_search(data, model), ended[effect]))
-    for effect in thorough:
-        exchanged = _exchanged(_best(ended[effect]), effect)
-        if exchanged is not None:
-            ended[effect].append(_continued(data, start_search(data, exchanged), ended[effect]))
-        for near in _at_other_slips(_best(ended[effect]), effect):
-            ended[effect].append(_continued(data, start_search(data, near), ended[effect]))
-    best = {effect: _best(each) for effect, each in ended.items()}
-    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in best.items()}
+    again = dict.fromkeys([*_near(searches), *diverged, *thorough])
+
+    def best(effect: str) -> Search:
+        ended = [searches[effect]]
+        if effect in again:
+            _add_searches(data, ended, places[effect][1:], below=0.5 * below)
+        if effect in thorough:
+            _add_elsewhere(data, ended, effect)
+        return _best(ended)
+
+    found = dict(zip(places, at_once(best, places), strict=True))
+    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in found.items()}
+
+
+def lower_fit(
+    data: FitData,
+    fit: Fit,
+    places: Iterable[Isolator],
+    worth: float,
+    *,
+    elsewhere: str | None = None,
+    also: Collection[Key] = (),
+) -> Fit | None:
+    """Best fit from several places; None if none is lower than a known one by enough.
+
+    Args:
+        data: the records, weighed.
+        fit: the known fit.
+        places: models with the same effects at values from which to search, the most promising first.
+        worth: reduction of chi-square that is enough.
+        elsewhere: effect that is searched for with other lengths too, where it is lower; None for none.
+        also: parameters that are searched for besides those of a fit.
+    """
+    known = start_search(data, fit.model)
+    ended = [replace(known, point=replace(known.point, cost=known.cost - 0.5 * worth))]
+    _add_searches(data, ended, places, also)
+    if _best(ended) is ended[0]:
+        return None
+    if elsewhere is not None:
+        _add_elsewhere(data, ended, elsewhere)
+    best = _best(ended)
+    return finish_search(data, best, best.outcome or Outcome.STOPPED)
+
+
+def _add_searches(
+    data: FitData,
+    ended: list[Search],
+    places: Iterable[Isolator],
+    also: Collection[Key] = (),
+    below: float = np.inf,
+) -> None:
+    """Add the searches from places to those that have ended, each continued while it may become the lowest.
+
+    Args:
+        data: the records, weighed.
+        ended: the searches that have ended.
+        places: models at values from which to search.
+        also: parameters that are searched for besides those of a fit.
+        below: cost that a search must come below to be worth continuing.
+    """
+    for model in places:
+        ended.append(_continued(data, start_search(data, model, also=also), ended, below))
+
+
+def _add_elsewhere(data: FitData, ended: list[Search], effect: str) -> None:
+    """Add the searches from an effect's other lengths, by the values of the lowest that has ended."""
+    exchanged = _exchanged(_best(ended), effect)
+    _add_searches(data, ended, [] if exchanged is None else [exchanged])
+    _add_searches(data, ended, list(_at_other_slips(_best(ended), effect)))
 
 
 def _exchanged(one: Search, effect: str) -> Isolator | None:
@@ -309,16 +374,16 @@ def _at_other_slips(one: Search, effect: str) -> Iterator[Isolator]:
             yield model_of({**values, key: float(np.clip(times * values[key], *parameter(key).bounds))}, names)
 
 
-def _in_turn(data: FitData, running: dict[str, Search]) -> dict[str, Search]:
-    """The searches, each continued until it ends or cannot reach the best."""
-    while waiting := list(_hopeful(running)):
-        for effect in waiting:
-            running[effect] = step_search(data, running[effect])
+def _in_turn(data: FitData, running: dict[str, Search], below: float) -> dict[str, Search]:
+    """The searches, each continued until it ends or cannot reach the best, or a cost."""
+    while waiting := list(_hopeful(running, below)):
+        after = at_once(lambda effect: step_search(data, running[effect]), waiting)
+        running.update(zip(waiting, after, strict=True))
     return running
 
 
-def _hopeful(running: Mapping[str, Search]) -> Iterator[str]:
-    near = NEAR * _least(running)
+def _hopeful(running: Mapping[str, Search], below: float) -> Iterator[str]:
+    near = min(NEAR * _least(running), below)
     for effect, one in running.items():
         if one.outcome is None and (one.steps < FEWEST_STEPS or _may_reach(one, near)):
             yield effect
@@ -337,9 +402,10 @@ def _best(ended: Sequence[Search]) -> Search:
     return min(ended, key=lambda one: one.cost)
 
 
-def _continued(data: FitData, other: Search, ended: Sequence[Search]) -> Search:
-    """The other search, continued while it may become the lowest and leads to no minimum that is known."""
-    lowest = _best(ended).cost
+def _continued(data: FitData, other: Search, ended: Sequence[Search], below: float) -> Search:
+    """The other search, continued while it may become the lowest and come below a cost, and leads to no known
+    minimum."""
+    lowest = min(_best(ended).cost, below)
     while other.outcome is None and _may_reach(other, lowest) and not any(leads_to(other, one) for one in ended):
         other = step_search(data, other)
     return other

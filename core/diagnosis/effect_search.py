@@ -84,15 +84,15 @@ def searched(
     Returns:
         The steps, and the ranking of the effects for the model with all of theirs.
     """
-    steps, last = _added([], first, rank, report_step)
+    steps, last = _added(by_noise, [], first, rank, report_step)
     if _may_be_stand_ins(steps, first, last):
         report_step(f"{_named(steps)}; testing pairs of effects")
-        pair = best_pair(by_noise, first, allowed, last.base.model)
-        steps, last = _added(*_by_pair(pair, steps, last, rank), rank, report_step)
+        pair = best_pair(by_noise, first, allowed, last.base.model, _pair_leaves(len(steps)))
+        steps, last = _added(by_noise, *_by_pair(pair, steps, last, rank), rank, report_step)
     lowest = np.inf
     while len(steps) > PAIR and (now := error(last.data, last.base)) < LOWERS * lowest:
         lowest = now
-        steps, last = _added(*swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
+        steps, last = _added(by_noise, *swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
     if len(steps) > 1:  # beside the others, a simpler law may do
         containing = [step for step in steps if EFFECTS[step.chosen.effect].special]
         steps, last = swapped(steps, last, rank, report_step, containing)
@@ -100,7 +100,7 @@ def searched(
 
 
 def _added(
-    steps: Sequence[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None]
+    by_noise: FitData, steps: Sequence[Step], last: Ranking, rank: Rank, report_step: Callable[[str], None]
 ) -> tuple[list[Step], Ranking]:
     """The steps and further ones, until the records support no more; and the last ranking.
 
@@ -110,11 +110,10 @@ def _added(
     while (more := _more(steps, last)) is not None:
         steps.append(more)
         report_step(f"{_named(steps)}; searching for another effect")
-        last = rank(more.chosen.fit.model)
-        better = with_best_held(last, [one.chosen.effect for one in steps])
+        better = with_best_held(by_noise, more.chosen.fit.model, [one.chosen.effect for one in steps])
         if better is not None:
             steps[-1] = replace(more, chosen=searched_from(more.ranking, more.chosen, better))
-            last = rank(better)
+        last = rank(steps[-1].chosen.fit.model)
     return steps, last
 
 
@@ -198,6 +197,16 @@ def _by_pair(joint: Joint | None, steps: list[Step], last: Ranking, rank: Rank) 
         made.append(again)
         model = again.chosen.fit.model
     return made, rank(model)
+
+
+def _pair_leaves(steps: int) -> float:
+    """Share of the residual's power by so many steps that a pair may leave at most to be searched on.
+
+    Wider than `_is_better`, which judges it on data that are weighed anew.
+    """
+    if steps > PAIR:
+        return 1 + ANOTHER
+    return 1.0 if steps == PAIR else 1 - 0.5 * ANOTHER
 
 
 def _is_better(joint: Joint, steps: Sequence[Step]) -> bool:

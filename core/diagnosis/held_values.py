@@ -8,11 +8,12 @@ from collections.abc import Collection
 
 import numpy as np
 
-from core.diagnosis.ranking import FORM_LEAVES, Ranking, in_best_form, is_worth_holding
+from core.diagnosis.candidate_search import lower_fit
+from core.diagnosis.ranking import FORM_LEAVES, in_best_form, noise_floor, noise_ratio, worth_holding
 from core.effect import LogNormal
 from core.effects import EFFECTS
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, fitted, tangents
+from core.fitting.fit import Fit, reweighted_fit, tangents
 from core.fitting.projection import derivatives, diverges, free_parameters, values_of
 from core.fitting.search import LONGEST_STEP
 from core.model.isolator import Isolator, Key, parameter
@@ -22,31 +23,28 @@ OWN = 1e-3
 FIRST = 0.35
 """Smallest first change, of the logarithm or in standard deviations of the prior: far from the best value the first
 order tells little. A choice."""
-SETTLED = 0.01
-"""Change of the same kind below which the search ends. A choice."""
-MOST_STEPS = 8
-"""Steps after which it ends. A choice."""
-MOST_HALVINGS = 2
-"""Times that a step which raises the misfit is halved. A choice."""
 
 
-def with_best_held(ranking: Ranking, effects: Collection[str]) -> Isolator | None:
-    """A ranking's model with held parameters of these effects at better values; None if the records show none.
+def with_best_held(by_noise: FitData, model: Isolator, effects: Collection[str]) -> Isolator | None:
+    """A model with held parameters of these effects at better values; None if the records show none.
 
     Args:
-        ranking: of the candidates beside a model.
+        by_noise: the records, weighed by their noise.
+        model: with the effects, at fitted values.
         effects: of the model.
     """
-    data, fit = ranking.data, ranking.base
-    for name in effects:
-        other = in_best_form(data, fit, name, ranking.inflation)
-        fit = other if ranking.noise_ratio(other) <= FORM_LEAVES else fit
+    floor = noise_floor(by_noise)
+    first = now = reweighted_fit(by_noise, model)
+    for effect in effects:
+        other = in_best_form(now.data, now.fit, effect, now.inflation)
+        if other is not now.fit and noise_ratio(now.data, other, floor) <= FORM_LEAVES:
+            now = reweighted_fit(by_noise, other.model)
     for effect, name in _searched(effects):
-        better = _at_best(data, fit, (effect, name))
-        is_credible = name not in EFFECTS[effect].forms or ranking.noise_ratio(better) <= FORM_LEAVES
-        if is_credible and is_worth_holding(data, fit, better, ranking.inflation):
-            fit = better
-    return None if fit is ranking.base else fit.model
+        better = _at_best(now.data, now.fit, (effect, name), worth_holding(now.data, now.fit, now.inflation))
+        is_form = name in EFFECTS[effect].forms
+        if better is not None and (not is_form or noise_ratio(now.data, better, floor) <= FORM_LEAVES):
+            now = reweighted_fit(by_noise, better.model)
+    return None if now is first else now.fit.model
 
 
 def _searched(effects: Collection[str]) -> list[Key]:
@@ -60,38 +58,13 @@ def _searched(effects: Collection[str]) -> list[Key]:
     ]
 
 
-def _at_best(data: FitData, fit: Fit, key: Key) -> Fit:
-    """The fit at the value of the smallest misfit, all other values adapted to it."""
+def _at_best(data: FitData, fit: Fit, key: Key, worth: float) -> Fit | None:
+    """The fit with a held parameter searched for too, from either side of its value; None if that is not worth it."""
     step = _step(data, fit, key)
     if step == 0:
-        return fit
-    first = float(np.copysign(max(abs(step), FIRST), step))
-    new = _lower(data, fit, key, first) or _lower(data, fit, key, -first)
-    for _ in range(MOST_STEPS):
-        if new is None:
-            break
-        moved, fit = abs(_distance(fit, new, key)), new
-        if moved < SETTLED:
-            break
-        new = _lower(data, fit, key, _step(data, fit, key))
-    return fit
-
-
-def _distance(fit: Fit, new: Fit, key: Key) -> float:
-    before, after = (one.model.effects[key[0]][key[1]] for one in (fit, new))
-    prior = parameter(key).prior
-    return float(np.log(after / before)) if isinstance(prior, LogNormal) else (after - before) / prior.spread
-
-
-def _lower(data: FitData, fit: Fit, key: Key, step: float) -> Fit | None:
-    """The fit after a step, halved until the misfit falls; None if it never does."""
-    step = float(np.clip(step, -LONGEST_STEP, LONGEST_STEP))
-    for _ in range(MOST_HALVINGS + 1):
-        new = fitted(data, _moved(fit.model, key, step))
-        if new.chi_square < fit.chi_square:
-            return new
-        step /= 2
-    return None
+        return None
+    first = float(np.copysign(np.clip(abs(step), FIRST, LONGEST_STEP), step))
+    return lower_fit(data, fit, [_moved(fit.model, key, one) for one in (first, -first)], worth, also=[key])
 
 
 def _moved(model: Isolator, key: Key, step: float) -> Isolator:

@@ -14,7 +14,7 @@ from core.diagnosis.candidate_search import score_tests, search_in_parallel
 from core.diagnosis.ranking import Ranking, ScoredCandidate, delta_bic
 from core.effects import EFFECTS
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, at_values, fitted, inflation, reweighted_data
+from core.fitting.fit import Fit, at_values, chi_square, fitted, inflation, reweighted_data
 from core.fitting.search import Outcome
 from core.model.isolator import Isolator, parameter
 
@@ -38,14 +38,17 @@ class Joint:
     """BIC of the pair's model less that of the best so far."""
 
 
-def best_pair(by_noise: FitData, first: Ranking, effects: Collection[str], so_far: Isolator) -> Joint | None:
-    """The pair of effects that explains most; None if there is none to fit.
+def best_pair(
+    by_noise: FitData, first: Ranking, effects: Collection[str], so_far: Isolator, share: float
+) -> Joint | None:
+    """The pair of effects that explains most; None if none explains enough.
 
     Args:
         by_noise: the records, weighed by their noise.
         first: ranking of single effects beside the model as it came.
         effects: names of those that may be added.
         so_far: the best model by other ways.
+        share: of the residual's power by that model, that a pair may leave at most.
     """
     places: dict[tuple[str, ...], list[Isolator]] = {}
     for names, model in _promising(first, effects):
@@ -53,8 +56,9 @@ def best_pair(by_noise: FitData, first: Ranking, effects: Collection[str], so_fa
     if not places:
         return None
     keys = {"+".join(names): names for names in places}
-    fits = search_in_parallel(first.data, {key: places[names] for key, names in keys.items()})
-    found = {keys[key]: fit for key, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
+    most = share * chi_square(first.data, so_far)
+    fits = search_in_parallel(first.data, {key: places[names] for key, names in keys.items()}, below=most)
+    found = {keys[key]: fit for key, fit in fits.items() if fit.chi_square < most}
     if not found:
         return None
     names = min(found, key=lambda one: found[one].chi_square)

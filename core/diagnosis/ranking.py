@@ -11,10 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
+from core.concurrency import at_once
 from core.diagnosis.candidate_search import (
     ReportShare,
     ScoreTest,
     is_excited,
+    lower_fit,
     score_tests,
     score_tests_of_forms,
     search_in_parallel,
@@ -119,7 +121,7 @@ class Ranking:
 
     def noise_ratio(self, fit: Fit) -> float:
         """Error that a fit leaves over the error that noise alone makes, each record by its own noise."""
-        return _noise_ratio(self.data, fit, self.floor)
+        return noise_ratio(self.data, fit, self.floor)
 
     @property
     def supported(self) -> tuple[ScoredCandidate, ...]:
@@ -185,7 +187,7 @@ def _ranked(
     base = finite_fit(by_noise, model)
     data = reweighted_data(by_noise, base)
     base = finite_fit(data, base.model)
-    floor = np.array([noise_rms(w) for w in by_noise.whitenings])
+    floor = noise_floor(by_noise)
     own = set() if known is None else set(known.effects) - set(base.model.effects)
     simple = [name for name in effects if name in own or not EFFECTS[name].special]
     seen, fits = _searched(data, base, simple, report, known)
@@ -199,10 +201,11 @@ def _ranked(
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)
         data = reweighted_data(by_noise, at_values(by_noise, best.model))
     base = finite_fit(data, base.model)
-    every = {**fits} | {
-        name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
-        for name, fit in judgeable.items()
-    }
+
+    def weighed_anew(fit: Fit) -> Fit:
+        return (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
+
+    every = {**fits, **dict(zip(judgeable, at_once(weighed_anew, judgeable.values()), strict=True))}
     every |= {one.effect: at_values(data, one.model) for one, *_ in seen if one.effect not in fits}
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
@@ -255,7 +258,7 @@ def _worth_trying(
     """
     usual = {name: fit for name, fit in fits.items() if unusual_length(name, fit.model) is None}
     finite = {name: fit for name, fit in usual.items() if fit.outcome is not Outcome.DIVERGED}
-    if min(_noise_ratio(data, fit, floor) for fit in (base, *finite.values())) > EXPLAINED:
+    if min(noise_ratio(data, fit, floor) for fit in (base, *finite.values())) > EXPLAINED:
         return list(contain)
     best = min(finite, key=lambda name: finite[name].chi_square, default=None)
     return [] if best is None else [name for name in contain if are_peers(name, best)]
@@ -268,24 +271,22 @@ def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Ve
     Another form is searched for from the fit in the usual one and from its own best places, since the values of a form
     that does not suit may lie in a minimum of the misfit that the other form does not leave.
     """
-    if not fits or min(_noise_ratio(data, fit, floor) for fit in fits.values()) <= EXPLAINED:
+    if not fits or min(noise_ratio(data, fit, floor) for fit in fits.values()) <= EXPLAINED:
         return {}
     τ = inflation(data, min(fits.values(), key=lambda fit: fit.chi_square))
     having = [name for name in fits if EFFECTS[name].forms and is_excited(name, data.observations)]
     having.sort(key=lambda name: fits[name].chi_square)
-    made = {}
-    for name in having[:FORMS_TRIED]:
-        usual = fits[name]
+
+    def best(name: str) -> Fit:
         places = [one.model for one in score_tests_of_forms(data, base, name)[:PLACES_TRIED]]
-        own = search_in_parallel(data, {name: places}, [name])[name]
-        found = [in_best_form(data, usual, name, τ), *([] if own.outcome is Outcome.DIVERGED else [own])]
-        best = min(found, key=lambda fit: fit.chi_square)
-        is_kept = is_worth_holding(data, usual, best, τ) and _noise_ratio(data, best, floor) <= FORM_LEAVES
-        made[name] = best if is_kept else usual
-    return made
+        other = in_best_form(data, fits[name], name, τ, places)
+        return other if noise_ratio(data, other, floor) <= FORM_LEAVES else fits[name]
+
+    tried = having[:FORMS_TRIED]
+    return dict(zip(tried, at_once(best, tried), strict=True))
 
 
-def in_best_form(data: FitData, fit: Fit, effect: str, τ: float) -> Fit:
+def in_best_form(data: FitData, fit: Fit, effect: str, τ: float, places: Sequence[Isolator] = ()) -> Fit:
     """The fit with an effect in the form of its law that leaves least; as it is if no other form takes enough more.
 
     Args:
@@ -293,20 +294,21 @@ def in_best_form(data: FitData, fit: Fit, effect: str, τ: float) -> Fit:
         fit: of a model with the effect.
         effect: its name.
         τ: inflation of the residual.
+        places: models with other forms at values from which to search, besides those of the fit.
     """
     for name, others in EFFECTS[effect].forms.items():
         values = fit.model.effects[effect]
-        models = [Isolator({**fit.model.effects, effect: {**values, name: other}}) for other in others]
-        best = min((fitted(data, model) for model in models), key=lambda one: one.chi_square)
-        if is_worth_holding(data, fit, best, τ):
-            fit = best
+        changed = [{**values, name: other} for other in others if other != values[name]]
+        models = [*places, *(Isolator({**fit.model.effects, effect: one}) for one in changed)]
+        fit = lower_fit(data, fit, models, worth_holding(data, fit, τ), elsewhere=effect) or fit
+        places = ()
     return fit
 
 
-def is_worth_holding(data: FitData, fit: Fit, other: Fit, τ: float) -> bool:
-    """True if a fit with another value of a held parameter is evidently better, and by an amount that matters."""
+def worth_holding(data: FitData, fit: Fit, τ: float) -> float:
+    """Reduction of chi-square that is worth holding a parameter at another value."""
     evident = τ * (DECISIVE + float(np.log(data.target.size / τ)))
-    return other.chi_square < fit.chi_square - max(evident, HELD_WORTH * fit.chi_square)
+    return max(evident, HELD_WORTH * fit.chi_square)
 
 
 def are_peers(contains: str, simple: str) -> bool:
@@ -323,7 +325,13 @@ def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolato
     return ((ScoreTest(effect, known, gain), *own), *(places for places in seen if places is not own))
 
 
-def _noise_ratio(data: FitData, fit: Fit, floor: Vector) -> float:
+def noise_floor(by_noise: FitData) -> Vector:
+    """(records,) N, root mean square of the measured force's noise, of records that are weighed by it."""
+    return np.array([noise_rms(weights) for weights in by_noise.whitenings])
+
+
+def noise_ratio(data: FitData, fit: Fit, floor: Vector) -> float:
+    """Error that a fit leaves over the error that noise alone makes, each record by its own noise."""
     return pooled_rms(rms_by_record(data, fit.residual) / floor, np.array([w.count for w in data.whitenings]))
 
 

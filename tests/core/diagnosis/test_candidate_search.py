@@ -45,6 +45,23 @@ def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_fro
     assert all(whole[effect].chi_square > NEAR * whole[best].chi_square for effect in left_off)
 
 
+def test_a_search_that_cannot_come_below_what_is_asked_for_is_stopped() -> None:
+    """Asked for half of what the true law leaves: what is found is farther from its minimum than without the limit."""
+    values = {"sliding": 1.2e6, "share": 0.5, "a": 30.0, "slip": 5e-4}
+    truth = Isolator({**BOUC_WEN.effects, "friction": values})
+    data = FitData.by_noise(observations(truth, 0.02, 5))
+    base = fitted(data, BOUC_WEN)
+    places = {
+        one.effect: [one.model, *(more.model for more in others)] for one, *others in score_tests(data, base, EFFECTS)
+    }
+    best = fitted(data, truth).chi_square
+    whole, limited = (search_in_parallel(data, places, below=below) for below in (np.inf, 0.5 * best))
+    assert whole["friction"].chi_square == pytest.approx(best, rel=0.01)
+    assert whole["friction"].outcome is Outcome.SETTLED
+    assert limited["friction"].outcome is Outcome.STOPPED
+    assert limited["friction"].chi_square > whole["friction"].chi_square
+
+
 def test_the_slip_is_found_where_the_misfit_has_several_minima() -> None:
     """As a building moves, a slip is over within a few samples. 3 %: the noise; the minimum next to it is 8 % off."""
     made = trial("breakaway", 10)

@@ -19,16 +19,21 @@ def test_a_pair_is_found_from_the_effects_that_come_near_alone() -> None:
     data = FitData.by_noise(observations(TRUTH, 0.01, 4))
     first = ranked(data, BOUC_WEN, OFFERED)
     stand_in = ranked(data, BOUC_WEN, ("friction",)).candidates[0].fit.model
-    joint = best_pair(data, first, OFFERED, stand_in)
+    joint = best_pair(data, first, OFFERED, stand_in, 1.0)
     assert joint is not None
     assert joint.effects == ("maxwell", "moat")
     assert joint.delta_bic < -DECISIVE
     assert joint.fit.chi_square / joint.data.target.size < 1.1
 
 
+def test_there_is_no_pair_that_leaves_half_of_what_the_hidden_one_leaves() -> None:
+    data = FitData.by_noise(observations(TRUTH, 0.01, 4))
+    assert best_pair(data, ranked(data, BOUC_WEN, OFFERED), OFFERED, TRUTH, 0.5) is None
+
+
 def test_there_is_no_pair_of_a_single_effect() -> None:
     data = FitData.by_noise(observations(TRUTH, 0.01, 4))
-    assert best_pair(data, ranked(data, BOUC_WEN, ("moat",)), ("moat",), BOUC_WEN) is None
+    assert best_pair(data, ranked(data, BOUC_WEN, ("moat",)), ("moat",), BOUC_WEN, 1.0) is None
 
 
 def test_a_pair_is_named_where_a_single_effect_takes_part_of_both() -> None:
@@ -48,7 +53,7 @@ def test_the_values_of_a_pair_are_those_of_its_joint_fit() -> None:
         }
     )
     data = FitData.by_noise(observations(truth, 0.01, 4))
-    joint = best_pair(data, ranked(data, BOUC_WEN, ("friction", "maxwell")), ("friction", "maxwell"), BOUC_WEN)
+    joint = best_pair(data, ranked(data, BOUC_WEN, ("friction", "maxwell")), ("friction", "maxwell"), BOUC_WEN, 1.0)
     assert joint is not None
     slip = joint.fit.model.effects["friction"]["slip"]
     assert np.abs(slip - 3e-4) < 1e-4
