@@ -21,7 +21,7 @@ from core.fitting.data import FitData
 from core.fitting.fit import Fit, finish_search, signatures, tangents
 from core.fitting.observation import Observation
 from core.fitting.projection import model_of
-from core.fitting.search import Outcome, Search, leads_to, start_search, step_search
+from core.fitting.search import MOST_STEPS, Outcome, Search, leads_to, start_search, step_search
 from core.model.isolator import Isolator, Key, parameter
 
 GRID = (5, 3, 2)
@@ -295,6 +295,7 @@ def lower_fit(
     *,
     elsewhere: str | None = None,
     also: Collection[Key] = (),
+    whole: bool = False,
 ) -> Fit | None:
     """Best fit from several places; None if none is lower than a known one by enough.
 
@@ -305,10 +306,11 @@ def lower_fit(
         worth: reduction of chi-square that is enough.
         elsewhere: effect that is searched for with other lengths too, where it is lower; None for none.
         also: parameters that are searched for besides those of a fit.
+        whole: True to continue each search to its end, also where its gains promise too little: a valley may bend.
     """
     known = start_search(data, fit.model)
     ended = [replace(known, point=replace(known.point, cost=known.cost - 0.5 * worth))]
-    _add_searches(data, ended, places, also)
+    _add_searches(data, ended, places, also, fewest=MOST_STEPS if whole else 0)
     if _best(ended) is ended[0]:
         return None
     if elsewhere is not None:
@@ -323,6 +325,7 @@ def _add_searches(
     places: Iterable[Isolator],
     also: Collection[Key] = (),
     below: float = np.inf,
+    fewest: int = 0,
 ) -> None:
     """Add the searches from places to those that have ended, each continued while it may become the lowest.
 
@@ -332,9 +335,10 @@ def _add_searches(
         places: models at values from which to search.
         also: parameters that are searched for besides those of a fit.
         below: cost that a search must come below to be worth continuing.
+        fewest: steps before that is judged.
     """
     for model in places:
-        ended.append(_continued(data, start_search(data, model, also=also), ended, below))
+        ended.append(_continued(data, start_search(data, model, also=also), ended, below, fewest))
 
 
 def _add_elsewhere(data: FitData, ended: list[Search], effect: str) -> None:
@@ -402,11 +406,13 @@ def _best(ended: Sequence[Search]) -> Search:
     return min(ended, key=lambda one: one.cost)
 
 
-def _continued(data: FitData, other: Search, ended: Sequence[Search], below: float) -> Search:
+def _continued(data: FitData, other: Search, ended: Sequence[Search], below: float, fewest: int) -> Search:
     """The other search, continued while it may become the lowest and come below a cost, and leads to no known
     minimum."""
     lowest = min(_best(ended).cost, below)
-    while other.outcome is None and _may_reach(other, lowest) and not any(leads_to(other, one) for one in ended):
+    while other.outcome is None and not any(leads_to(other, one) for one in ended):
+        if other.steps >= fewest and not _may_reach(other, lowest):
+            break
         other = step_search(data, other)
     return other
 

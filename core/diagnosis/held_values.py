@@ -36,7 +36,7 @@ def with_best_held(by_noise: FitData, model: Isolator, effects: Collection[str])
     floor = noise_floor(by_noise)
     first = now = reweighted_fit(by_noise, model)
     for effect in effects:
-        other = in_best_form(now.data, now.fit, effect, now.inflation)
+        other = in_best_form(now.data, now.fit, effect, now.inflation, whole=True)
         if other is not now.fit and noise_ratio(now.data, other, floor) <= FORM_LEAVES:
             now = reweighted_fit(by_noise, other.model)
     for effect, name in _searched(effects):

@@ -286,7 +286,9 @@ def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Ve
     return dict(zip(tried, at_once(best, tried), strict=True))
 
 
-def in_best_form(data: FitData, fit: Fit, effect: str, τ: float, places: Sequence[Isolator] = ()) -> Fit:
+def in_best_form(
+    data: FitData, fit: Fit, effect: str, τ: float, places: Sequence[Isolator] = (), *, whole: bool = False
+) -> Fit:
     """The fit with an effect in the form of its law that leaves least; as it is if no other form takes enough more.
 
     Args:
@@ -295,12 +297,13 @@ def in_best_form(data: FitData, fit: Fit, effect: str, τ: float, places: Sequen
         effect: its name.
         τ: inflation of the residual.
         places: models with other forms at values from which to search, besides those of the fit.
+        whole: True to continue each search to its end; see `lower_fit`.
     """
     for name, others in EFFECTS[effect].forms.items():
         values = fit.model.effects[effect]
         changed = [{**values, name: other} for other in others if other != values[name]]
         models = [*places, *(Isolator({**fit.model.effects, effect: one}) for one in changed)]
-        fit = lower_fit(data, fit, models, worth_holding(data, fit, τ), elsewhere=effect) or fit
+        fit = lower_fit(data, fit, models, worth_holding(data, fit, τ), elsewhere=effect, whole=whole) or fit
         places = ()
     return fit
 
