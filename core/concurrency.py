@@ -9,6 +9,8 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+PROCESSORS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+"""Processors that this process may use."""
 MOST = 8
 """Threads at most: what they do between the kernels takes turns. A choice."""
 Given = TypeVar("Given")
@@ -26,8 +28,7 @@ def at_once(compute: Callable[[Given], Made], each: Iterable[Given]) -> Generato
         Exception: that of the first computation that raised one; those that have not begun are left out.
     """
     given = tuple(each)
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    threads = min(processors, len(given), MOST)
+    threads = min(PROCESSORS, len(given), MOST)
     if threads < 2:
         yield from map(compute, given)
         return

@@ -1,15 +1,12 @@
 """Computations at once: in order, on several processors, and ended by the first error."""
 
-import os
 from collections.abc import Iterator
 from threading import Barrier
 from time import sleep
 
 import pytest
 
-from core.concurrency import at_once
-
-PROCESSORS = len(os.sched_getaffinity(0))
+from core.concurrency import PROCESSORS, at_once
 
 
 def test_results_come_in_the_order_of_what_they_are_computed_from() -> None:
