@@ -82,7 +82,7 @@ def record(folder: Path, demonstrations: Path | None) -> None:
         earlier = None if demonstrations is None else demonstrations / f"{name}-earthquakes.json"
         _once(folder / f"{name}.json", lambda name=name, earlier=earlier: demonstration(name, folder, earlier))
     trials = folder / "trials.jsonl"
-    run(wanted(GROUPS, parity=1, most=100)[:TRIALS], trials)
+    run(wanted(GROUPS, first=1, most=100)[:TRIALS], trials)
     _once(folder / "trials.json", lambda: {f"{one.case} {one.seed}": asdict(one) for one in read(trials)[:TRIALS]})
 
 
