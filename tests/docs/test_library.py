@@ -18,12 +18,19 @@ LARGE, ROUNDED = 1e6, 2e5
 NUMBER = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
+def last_place(shown: str) -> float:
+    """Value of one in the last place of a number that is rounded before its point; 0 of any other."""
+    digits = shown.lstrip("−-").replace(",", "")
+    return 10.0 ** (len(digits) - len(digits.rstrip("0"))) if digits.isdigit() and len(digits) > 2 else 0.0
+
+
 def assert_alike(now: str, before: str) -> None:
-    """The same words; numbers within 2 %, because machines round differently."""
+    """The same words; numbers within 2 %, or one in their last place, because machines round differently."""
     assert NUMBER.sub("#", now).split() == NUMBER.sub("#", before).split()
     for one, other in zip(NUMBER.findall(now), NUMBER.findall(before), strict=True):
         values = [float(text.replace("−", "-").replace(",", "")) for text in (one, other)]
-        rounded = ROUNDED if abs(values[1]) > LARGE else 0.02
+        place = min(last_place(one), last_place(other), 0.1 * abs(values[1]))  # of two digits at least
+        rounded = ROUNDED if abs(values[1]) > LARGE else max(0.02, place)
         assert values[0] == pytest.approx(values[1], rel=0.02, abs=rounded), (one, other)
 
 
