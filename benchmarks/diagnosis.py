@@ -28,7 +28,7 @@ PAGE = ROOT / "docs" / "models" / "diagnosis.md"
 ROWS = ROOT / "build" / "diagnosis.jsonl"
 PROCESSES = 2
 CHOOSING, REPORTED = 0, 101
-"""First seeds of the trials by which thresholds are chosen, and of those on the page; each next one is larger by two."""
+"""First seeds of the trials by which thresholds are chosen, and of those on the page; the next is larger by two."""
 
 
 def wanted(groups: Iterable[Group], first: int, most: int) -> list[tuple[str, int]]:

@@ -85,7 +85,12 @@ def limit_candidates(session: Session, building_id: int) -> tuple[AlertCandidate
             onset_event_id=first.id,
             raised_event_id=last.id,
             event_ids=tuple(event.id for event, _, _ in over),
-            evidence={"level": str(level), "checks": [check.name for check in checks], **_interval(displacement)},
+            evidence={
+                "event": gravest_event.id,
+                "level": str(level),
+                "checks": [check.name for check in checks],
+                **_interval(displacement),
+            },
             summary=_limit_summary(checks[0]),
             sentences=(
                 texts.LIMIT_EVENT.format(when=local_time(gravest_event.start.astimezone(ZoneInfo(file.timezone)))),

@@ -85,6 +85,8 @@ class OpenAlert:
     """Level of the limit that was exceeded; None where the alert is about none."""
     rests_here: bool = False
     """True if its evidence includes the earthquake."""
+    is_of_another: bool = False
+    """True if its evidence includes the earthquake, and the value in its summary is that of another."""
     is_later: bool = False
     """True if it began after the earthquake."""
 

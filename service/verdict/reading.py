@@ -329,5 +329,6 @@ def _alert(alert: Alert, state: str, event: Event | None, tolerance: float = TOL
         tolerance=tolerance,
         exceeded=Level(level) if (level := alert.evidence.get("level")) in LEVELS else None,
         rests_here=rests,
+        is_of_another=rests and event is not None and alert.evidence.get("event", event.id) != event.id,
         is_later=event is not None and not rests and (alert.changed_after or alert.began_at) >= event.start,
     )

@@ -46,6 +46,9 @@ class OpenAlertOut(Answer):
     summary: str = Field(description="One line for readers who are not engineers.")
     level: str = Field(description="Level of the verdict that the alert alone leads to.")
     rests_here: bool = Field(description="True if its evidence includes the earthquake.")
+    is_of_another: bool = Field(
+        description="True if its evidence includes the earthquake, and the value in its summary is that of another."
+    )
     is_later: bool = Field(description="True if it began after the earthquake.")
 
 
@@ -140,5 +143,6 @@ def _alert_out(alert: OpenAlert) -> OpenAlertOut:
         summary=alert.summary,
         level=alert.level.value,
         rests_here=alert.rests_here,
+        is_of_another=alert.is_of_another,
         is_later=alert.is_later,
     )

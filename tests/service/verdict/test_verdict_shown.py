@@ -129,6 +129,22 @@ def test_a_strong_earthquake_shows_the_limit_that_it_exceeded(database_url: str,
     assert levels(answers(database_url, stored, after, of)) == ("inspect", "inspect", "4.0")
 
 
+def test_an_alert_of_two_earthquakes_says_which_of_them_its_value_is_of(
+    database_url: str, stored: Session, of: Building
+) -> None:
+    """Both exceed the limit; the summary has the value of the first, which moved the layer further."""
+    first, last = earthquake(stored, of, day(1), STRONG), earthquake(stored, of, day(2), 0.95 * STRONG)
+    for event in (first, last):
+        add_comparison(stored, event)
+    reconcile(stored, of.id, limit_candidates(stored, of.id), "events", day(2) + SOON)
+    value = "73.8 %, beyond the limit of inspection</a> <small>active, shown by "
+    shown = answers(database_url, stored, first, of)
+    assert f"{value}this earthquake</small>" in shown["event"]
+    assert f"{value}the last earthquake, too; the value is that of another one</small>" in shown["home"]
+    shown = answers(database_url, stored, last, of)
+    assert f"{value}this earthquake, too; the value is that of another one</small>" in shown["event"]
+
+
 def test_an_undecided_earthquake_shows_what_is_needed_to_decide(database_url: str, stored: Session) -> None:
     of = building(stored, limits="")
     event = earthquake(stored, of, day(1), quality=("XX.A: 4 spikes were removed",))
