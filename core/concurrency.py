@@ -4,17 +4,23 @@ The compiled kernels and the transforms release the interpreter's lock, so that 
 copied.
 """
 
-import os
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import TypeVar
 
-PROCESSORS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-"""Processors that this process may use."""
 MOST = 8
 """Threads at most: what they do between the kernels takes turns. A choice."""
 Given = TypeVar("Given")
 Made = TypeVar("Made")
+
+
+@cache
+def processors() -> int:
+    """Number of processors that this process may use: of those it may run on, and of the quota of its container."""
+    from loky import cpu_count  # it takes longer to import than commands that need no processors may take
+
+    return int(cpu_count())
 
 
 def at_once(compute: Callable[[Given], Made], each: Iterable[Given]) -> Generator[Made]:
@@ -28,7 +34,7 @@ def at_once(compute: Callable[[Given], Made], each: Iterable[Given]) -> Generato
         Exception: that of the first computation that raised one; those that have not begun are left out.
     """
     given = tuple(each)
-    threads = min(PROCESSORS, len(given), MOST)
+    threads = min(processors(), len(given), MOST)
     if threads < 2:
         yield from map(compute, given)
         return

@@ -171,7 +171,7 @@ def executors(settings: Settings) -> "Executors":
         return dask_cluster(settings.jobs, settings.effects_folder)
     from service.jobs.executors import local_processes
 
-    return local_processes(settings.jobs.workers, settings.effects_folder)
+    return local_processes(settings.jobs.processes, settings.effects_folder)
 
 
 def work_until_idle(opened: sessionmaker[Session], settings: Settings) -> int:
@@ -216,7 +216,7 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
     started = executors(settings)
     if is_warmed(settings):  # while this process imports the following
-        in_processes(started, load, settings.jobs.workers)
+        in_processes(started, load, settings.jobs.processes)
     from service.jobs.kept import kept_by_user
     from service.jobs.worker import Worker
     from service.kinds import KINDS

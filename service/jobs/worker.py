@@ -118,7 +118,7 @@ class Worker:
         elif self.first_warmed is None:
             (self.first_warmed,) = in_processes(self.executors, self.warming, 1)
         elif self.first_warmed.done():
-            in_processes(self.executors, self.warming, self.settings.jobs.workers - 1)
+            in_processes(self.executors, self.warming, self.settings.jobs.processes - 1)
             self.is_warm, self.first_warmed = True, None
 
     def run_until_idle(self) -> int:
@@ -150,7 +150,7 @@ class Worker:
         if self._notice_trouble():
             return 0
         started = 0
-        while len(self.running) < self.settings.jobs.workers:
+        while len(self.running) < self.settings.jobs.processes:
             claim = self._claim()
             if claim is None:
                 break

@@ -1,12 +1,12 @@
 """The groups of settings: names, defaults, limits and descriptions."""
 
-import os
 from pathlib import Path
 from typing import Annotated, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, field_validator, model_validator
 
+from core.concurrency import processors
 from service.addresses import is_loopback, web_address_problem
 
 Seconds = Annotated[float, Field(gt=0)]
@@ -195,7 +195,9 @@ class Stream(Group):
 class Jobs(Group):
     """Execution of jobs."""
 
-    workers: Count = Field(default_factory=lambda: os.cpu_count() or 1, description="simultaneous analyses")
+    workers: Count | None = Field(
+        default=None, description="simultaneous analyses; if it is not set, one for each processor"
+    )
     lease: Seconds = Field(
         default=120.0, description="seconds after which a silent worker's job is given to another one"
     )
@@ -222,6 +224,11 @@ class Jobs(Group):
     warm: bool = Field(
         default=True, description="whether idle processes load in advance what work on models needs, about 320 MB each"
     )
+
+    @property
+    def processes(self) -> int:
+        """Simultaneous analyses."""
+        return self.workers or processors()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -1,12 +1,15 @@
 """Computations at once: in order, on several processors, and ended by the first error."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from threading import Barrier
 from time import sleep
 
 import pytest
 
-from core.concurrency import PROCESSORS, at_once
+from core.concurrency import at_once, processors
 
 
 def test_results_come_in_the_order_of_what_they_are_computed_from() -> None:
@@ -14,11 +17,19 @@ def test_results_come_in_the_order_of_what_they_are_computed_from() -> None:
     assert list(at_once(abs, [])) == []
 
 
-@pytest.mark.skipif(PROCESSORS < 2, reason="one processor computes one thing at a time")
+@pytest.mark.skipif(processors() < 2, reason="one processor computes one thing at a time")
 def test_two_computations_wait_for_each_other() -> None:
     """One after the other, the first would wait until the barrier breaks."""
     both = Barrier(2, timeout=30.0)
     assert sorted(at_once(lambda _: both.wait(), "ab")) == [0, 1]
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system binds no process to a processor")
+def test_a_process_that_is_bound_to_one_processor_has_one() -> None:
+    one = min(os.sched_getaffinity(0))
+    bound = f"import os; os.sched_setaffinity(0, [{one}])"
+    script = f"{bound}; from core.concurrency import processors; print(processors())"
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, check=True).stdout.strip() == b"1"
 
 
 def test_an_error_is_raised_and_what_has_not_begun_is_left_out() -> None:

@@ -7,6 +7,7 @@ import typer
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
+from core.concurrency import processors
 from core.estimators import ESTIMATORS
 from service.cli import app
 from service.cli.inputs import current_settings
@@ -112,6 +113,11 @@ def test_every_setting_is_documented_with_its_meaning() -> None:
     for name, field in settings_by_name().items():
         assert f"| `{name}` | {f'`{old[name]}`' if name in old else ''} |" in document, name
         assert (field.description or "?") in document, name
+
+
+def test_an_analysis_runs_on_each_processor_unless_a_number_is_set() -> None:
+    assert Settings().jobs.processes == processors()
+    assert Settings(jobs={"workers": 7}).jobs.processes == 7
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def sent_all_the_time(number: signal.Signals) -> Iterator[list[int]]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["of Ctrl-C", "of systemd"])
 def test_no_signal_that_stops_the_service_ends_a_process_that_computes(number: signal.Signals) -> None:
     """Neither while it starts, nor while it waits for work, nor in the middle of it."""
-    made = local_processes(SETTINGS.jobs.workers)
+    made = local_processes(SETTINGS.jobs.processes)
     try:
         with sent_all_the_time(number) as reached:
             for _ in range(3):
