@@ -77,6 +77,7 @@ GLOBAL = {"content", "lease", "api_key"}
 CODED = {("revision", "toml"), ("revision", "parsed"), ("waveform", "channel"), ("sensor_result", "channel")} | {
     ("watched_series", "subject"),
     ("recorded_channel", "channel"),
+    ("recorded_channel", "station"),
 }
 """Columns whose values contain the building's code, such as names of stations and channels."""
 NUMBERS = "WITH RECURSIVE copies(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM copies WHERE n < :last)"
@@ -208,6 +209,9 @@ def spread(engine: Engine) -> None:
     north, east = "35.4 + (building_id * 7919 % 10007) / 16678.0", "139.3 + (building_id * 104729 % 10009) / 12511.0"
     with engine.begin() as connection:
         connection.execute(text(f"UPDATE building_level SET latitude = {north}, longitude = {east}"))
+        of_level = "SELECT {} FROM building_level WHERE building_id = building.id"
+        places = ", ".join(f"{one} = ({of_level.format(one)})" for one in ("latitude", "longitude"))
+        connection.execute(text(f"UPDATE building SET {places}"))
 
 
 def move(url: str, source: str) -> None:
@@ -243,9 +247,6 @@ def shorten(engine: Engine) -> None:
                     connection.execute(delete(values).where(values.c.series_id == bindparam("number")), surplus)
             if surplus:
                 connection.execute(delete(table).where(table.c.id == bindparam("number")), surplus)
-        there = select(Base.metadata.tables["waveform"].c.channel)
-        recorded_channel = Base.metadata.tables["recorded_channel"]
-        connection.execute(delete(recorded_channel).where(recorded_channel.c.channel.not_in(there)))
         for table in Base.metadata.sorted_tables:
             blobs = [one for one in table.c if isinstance(one.type, LargeBinary) and table.name != "fetched_file"]
             if blobs:

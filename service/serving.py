@@ -15,6 +15,7 @@ from types import ModuleType
 
 from service import logs, tracing
 from service.access.roles import Caller
+from service.process import GARBAGE
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -161,5 +162,6 @@ def loaded() -> ModuleType:
         import service.app
     finally:
         gc.freeze()  # modules live as long as the process
+        gc.set_threshold(*GARBAGE)
         gc.enable()
     return service.app

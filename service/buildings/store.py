@@ -108,9 +108,11 @@ def read_again(session: Session, building: Building) -> None:
 def _describe(session: Session, building: Building, number: int, text: str, folder: Path, now: datetime) -> Revision:
     revision = Revision(building=building, number=number, toml=text, folder=str(folder), created_at=now)
     revision.parsed = description.stored(text)
+    file = parsed(revision)
+    building.latitude, building.longitude = file.latitude, file.longitude
     session.add(revision)
     session.flush()
-    recipients.follow_file(session, building.id, parsed(revision).receivers, now)
+    recipients.follow_file(session, building.id, file.receivers, now)
     return revision
 
 

@@ -16,6 +16,9 @@ class Building(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     code: Mapped[str] = mapped_column(unique=True)
     name: Mapped[str]
+    latitude: Mapped[float | None]
+    longitude: Mapped[float | None]
+    """°, as in the latest description. None: it has none, or it is from before this column and was never checked."""
     created_at: Mapped[datetime]
     revisions: Mapped[list["Revision"]] = relationship(back_populates="building", order_by="Revision.number")
 

@@ -17,14 +17,12 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from service.threads import ONE_THREAD
+from service.process import GARBAGE, ONE_THREAD
 
 CANNOT, BUG = 1, 70
 """Exit codes: an error that a user can remedy; a bug (EX_SOFTWARE of sysexits.h)."""
 NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 """Keeps Pydantic from searching all installed packages for plugins, unless a user has set it."""
-GARBAGE = (50_000, 20, 20)
-"""Thresholds of the searches for garbage: a command imports modules with very many objects, which all stay."""
 HELPS: Mapping[int, str] = {
     errno.EACCES: "give this account access to it, or name another path",
     errno.EPERM: "give this account access to it, or name another path",

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from service.jobs.child import begin
+from service.process import ONE_THREAD
 from service.settings import Settings
-from service.threads import ONE_THREAD
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -16,8 +16,8 @@ from service.formats import Contents, Gain
 from service.formats.fdsn_xml import Origin
 from service.formats.waveforms import Piece
 from service.parsing import wire
+from service.process import ONE_THREAD
 from service.settings import Settings
-from service.threads import ONE_THREAD
 
 log = logging.getLogger(__name__)
 

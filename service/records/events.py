@@ -91,19 +91,37 @@ def add(session: Session, event: Event, recording: Recording, traces: Sequence[T
     pieces = _pieces(session, event, {trace.channel for trace in traces})
     added = [_add(session, event, trace, pieces[trace.channel]) for trace in traces]
     if any(added):
-        remember_channels(session, event.building_id, {trace.channel for trace in traces})
+        remember_channels(session, event.building_id, [piece for one in pieces.values() for piece in one])
         event.start = min(waveform.start for waveform in event.waveforms)
         event.end = max(_end(waveform) for waveform in event.waveforms)
         event.state, event.reason, event.updated_at = "gathering", None, now
         event.recorded_peak = max((event.recorded_peak, *map(_peak, traces)), key=lambda one: one or 0.0)
 
 
-def remember_channels(session: Session, building_id: int, channels: Iterable[str]) -> None:
-    """Note that the building has recorded these channels; most are noted already, and reading them is cheap."""
-    noted = set(session.scalars(select(RecordedChannel.channel).where(RecordedChannel.building_id == building_id)))
-    rows = [{"building_id": building_id, "channel": channel} for channel in sorted(set(channels) - noted)]
+def remember_channels(session: Session, building_id: int, pieces: Iterable[Waveform]) -> None:
+    """Note from when to when the building has recorded the channels of these pieces."""
+    columns = (RecordedChannel.channel, RecordedChannel.start, RecordedChannel.end)
+    rows_there = session.execute(select(*columns).where(RecordedChannel.building_id == building_id))
+    noted = {row.channel: (row.start, row.end) for row in rows_there}
+    spans = dict(noted)
+    for piece in pieces:
+        start, end = spans.get(piece.channel, (piece.start, piece.start))
+        spans[piece.channel] = min(start, piece.start), max(end, _end(piece))
+    rows = [
+        {
+            "building_id": building_id,
+            "channel": one,
+            "station": ".".join(one.split(".")[:2]),
+            "start": start,
+            "end": end,
+        }
+        for one, (start, end) in sorted(spans.items())
+        if noted.get(one) != (start, end)
+    ]
     if rows:
-        session.execute(insert_into(session, RecordedChannel).on_conflict_do_nothing(), rows)
+        insert = insert_into(session, RecordedChannel).values(rows)
+        changed = {"start": insert.excluded.start, "end": insert.excluded.end}
+        session.execute(insert.on_conflict_do_update(index_elements=["building_id", "channel"], set_=changed))
 
 
 def is_complete(event: Event, described: BuildingFile) -> bool:

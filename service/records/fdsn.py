@@ -7,7 +7,7 @@ from io import BytesIO
 from itertools import groupby, zip_longest
 from operator import attrgetter
 from time import monotonic
-from typing import Any
+from typing import Any, Literal, Protocol
 
 from obspy import Inventory, Stream, Trace, UTCDateTime
 from obspy.core.inventory import (
@@ -44,8 +44,26 @@ UNITS: dict[Quantity, str] = {
 DEADLINE = 10.0
 """s that the search may take."""
 MOST_LIKES = 100
-"""Patterns of networks and stations that the database compares; of more, every channel is compared here. Not tuned."""
+"""Patterns of networks and stations that the database compares; with more, all are compared here. Not tuned."""
 UNKNOWN = "The place is not known: latitude and longitude are 0 because StationXML requires numbers."
+
+
+NAMES = ("network", "station", "location", "channel")
+Level = Literal["network", "station", "channel", "response"]
+
+
+class Placed(Protocol):
+    """What has coordinates, °, or None where they are not known."""
+
+    @property
+    def latitude(self) -> float | None:
+        """Northwards."""
+        ...
+
+    @property
+    def longitude(self) -> float | None:
+        """Eastwards."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,14 +81,37 @@ class Epoch:
         return list(self.row.channel.split("."))
 
 
-def inventory(session: Session, wanted: Sequence[Selection], area: Area | None) -> Inventory:
+def inventory(session: Session, wanted: Sequence[Selection], area: Area | None, level: Level) -> Inventory:
     """Networks, stations and channels with stored samples; a channel's epoch ends where its gain changes."""
+    match wanted:
+        case [Selection(location="*", channel="*") as one] if level in ("network", "station"):
+            return _without_channels(session, one, area)
     chooser = Chooser()
     epochs = _epochs(session, wanted, area, chooser)
     chosen = [epoch for epoch in epochs if any(_is_of(epoch, one, chooser) for one in wanted)]
     chosen.sort(key=lambda epoch: (epoch.row.channel, epoch.row.start))
     networks = groupby(chosen, key=lambda epoch: epoch.codes[0])
     return Inventory([Network(code, list(_stations(epochs))) for code, epochs in networks], source="menshin")
+
+
+def _without_channels(session: Session, wanted: Selection, area: Area | None) -> Inventory:
+    """Networks and stations, of however many buildings in one statement."""
+    rows = queries.stations(session, _patterns([wanted]), _time(wanted.start), _time(wanted.end))
+    if (wanted.network, wanted.station) != ("*", "*"):  # SQLite's LIKE takes small letters for large ones
+        rows = [row for row in rows if _is_match(row.station.split("."), (wanted.network, wanted.station))]
+    missing = [row.building_id for row in rows if row.latitude is None or row.longitude is None]
+    described = {
+        building.id: parsed(revision)
+        for numbers in in_batches(missing)
+        for building, revision in building_queries.by_number(session, numbers)
+    }
+    networks: dict[str, list[Station]] = {}
+    for row in rows:
+        network, code = row.station.split(".")
+        place = described.get(row.building_id, row)
+        if area is None or area.holds(place.latitude, place.longitude):
+            networks.setdefault(network, []).append(_station(code, row.name, place, row.start, []))
+    return Inventory([Network(code, stations) for code, stations in networks.items()], source="menshin")
 
 
 def _epochs(session: Session, wanted: Sequence[Selection], area: Area | None, chooser: "Chooser") -> Iterator[Epoch]:
@@ -95,18 +136,22 @@ def _epochs(session: Session, wanted: Sequence[Selection], area: Area | None, ch
 
 def _wanted_channels(session: Session, wanted: Sequence[Selection], chooser: "Chooser") -> Mapping[int, Sequence[str]]:
     """The recorded channels that are wanted, by number of the building."""
-    pairs = {
-        (network, station)
+    channels: dict[int, list[str]] = {}
+    for building_id, channel in queries.recorded_channels(session, _patterns(wanted)):
+        if any(chooser.is_wanted(channel, one) for one in wanted):
+            channels.setdefault(building_id, []).append(channel)
+    return channels
+
+
+def _patterns(wanted: Sequence[Selection]) -> set[str]:
+    """LIKE patterns of the networks and stations; one of all if there are too many."""
+    patterns = {
+        f"{network}.{station}".replace("*", "%").replace("?", "_")
         for one in wanted
         for network in codes("network", one.network)
         for station in codes("station", one.station)
     }
-    likes = {f"{network}.{station}.%".replace("*", "%").replace("?", "_") for network, station in pairs}
-    channels: dict[int, list[str]] = {}
-    for building_id, channel in queries.recorded_channels(session, likes if len(likes) <= MOST_LIKES else {"%"}):
-        if any(chooser.is_wanted(channel, one) for one in wanted):
-            channels.setdefault(building_id, []).append(channel)
-    return channels
+    return patterns if len(patterns) <= MOST_LIKES else {"%.%"}
 
 
 def _is_of(epoch: Epoch, wanted: Selection, chooser: "Chooser") -> bool:
@@ -117,27 +162,25 @@ def _is_of(epoch: Epoch, wanted: Selection, chooser: "Chooser") -> bool:
 def _stations(epochs: Iterable[Epoch]) -> Iterator[Station]:
     for code, group in groupby(epochs, key=lambda epoch: epoch.codes[1]):
         members = list(group)
-        start = min(epoch.row.start for epoch in members)
-        name = f"{members[0].building.name}{'' if _is_placed(members[0].file) else ' (place not known)'}"
-        yield Station(
-            code,
-            **_place(members[0].file),
-            site=Site(name),
-            start_date=UTCDateTime(start),
-            channels=[_channel(epoch) for epoch in members],
-        )
+        start, of = min(epoch.row.start for epoch in members), members[0]
+        yield _station(code, of.building.name, of.file, start, [_channel(epoch) for epoch in members])
 
 
-def _is_placed(file: BuildingFile) -> bool:
-    return file.latitude is not None and file.longitude is not None
+def _station(code: str, building: str, place: Placed, start: datetime, channels: list[Channel]) -> Station:
+    name = building if _is_known(place) else f"{building} (place not known)"
+    return Station(code, **_place(place), site=Site(name), start_date=UTCDateTime(start), channels=channels)
 
 
-def _place(file: BuildingFile) -> dict[str, Any]:
+def _is_known(place: Placed) -> bool:
+    return place.latitude is not None and place.longitude is not None
+
+
+def _place(place: Placed) -> dict[str, Any]:
     """Coordinates, with a comment where they are not known."""
-    comments = [] if _is_placed(file) else [Comment(UNKNOWN)]
+    comments = [] if _is_known(place) else [Comment(UNKNOWN)]
     return {
-        "latitude": file.latitude or 0.0,
-        "longitude": file.longitude or 0.0,
+        "latitude": place.latitude or 0.0,
+        "longitude": place.longitude or 0.0,
         "elevation": 0.0,
         "comments": comments,
     }
@@ -165,6 +208,14 @@ def _response(unit: str, counts: float) -> Response:
     return Response(instrument_sensitivity=sensitivity, response_stages=[ResponseStage(1, counts, 1.0, unit, "COUNTS")])
 
 
+def _is_match(given: Sequence[str], lists: Sequence[str]) -> bool:
+    """True if codes match the lists of wildcards: network, station, and location and channel if they are given."""
+    return all(
+        any(is_match(code, pattern) for pattern in codes(name, patterns))
+        for name, code, patterns in zip(NAMES, given, lists, strict=False)
+    )
+
+
 class Chooser:
     """Matches channels against selections, each pair once, until a deadline."""
 
@@ -182,11 +233,7 @@ class Chooser:
         is_inside = self._found.get((channel, *lists))
         if is_inside is None:
             self.check_time()
-            names = ("network", "station", "location", "channel")
-            is_inside = self._found[channel, *lists] = all(
-                any(is_match(code, pattern) for pattern in codes(name, patterns))
-                for name, code, patterns in zip(names, channel.split("."), lists, strict=True)
-            )
+            is_inside = self._found[channel, *lists] = _is_match(channel.split("."), lists)
         return is_inside
 
     def check_time(self) -> None:

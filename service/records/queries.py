@@ -3,10 +3,11 @@
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
-from sqlalchemy import func, or_, select, tuple_
+from sqlalchemy import ColumnElement, func, or_, select, tuple_
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from service.analyses.tables import Analysis
+from service.buildings.tables import Building
 from service.db.select import Line, Place, Question, Span
 from service.errors import NotFoundError
 from service.records.tables import REJECTED, Event, RecordedChannel, Recording, Waveform
@@ -94,10 +95,30 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
 
 
 def recorded_channels(session: Session, patterns: Collection[str]) -> Sequence[Line]:
-    """(building_id, channel) of the channels with a waveform that match one of some LIKE patterns."""
-    named = or_(*(RecordedChannel.channel.like(one, escape="\\") for one in patterns))
-    query = select(RecordedChannel.building_id, RecordedChannel.channel).where(named)
+    """(building_id, channel) of the channels with a waveform whose station matches one of some LIKE patterns."""
+    query = select(RecordedChannel.building_id, RecordedChannel.channel).where(_is_named(patterns))
     return session.execute(query.order_by(RecordedChannel.building_id, RecordedChannel.channel)).all()
+
+
+def stations(session: Session, patterns: Collection[str], start: datetime, end: datetime) -> Sequence[Line]:
+    """(building_id, name, latitude, longitude, station, start) of the stations that match one of some LIKE patterns.
+
+    A station is there while one of its channels is, from that channel's first sample to its last. Those that are there
+    at some time between `start` and `end` are returned, with the start of the first of these channels.
+    """
+    of_building = (RecordedChannel.building_id, Building.name, Building.latitude, Building.longitude)
+    query = (
+        select(*of_building, RecordedChannel.station, func.min(RecordedChannel.start).label("start"))
+        .join(Building, Building.id == RecordedChannel.building_id)
+        .where(_is_named(patterns), RecordedChannel.start <= end, RecordedChannel.end >= start)
+        .group_by(*of_building, RecordedChannel.station)
+    )
+    return session.execute(query.order_by(RecordedChannel.station, RecordedChannel.building_id)).all()
+
+
+def _is_named(patterns: Collection[str]) -> ColumnElement[bool]:
+    """The condition that the station of a channel matches one of some LIKE patterns."""
+    return or_(*(RecordedChannel.station.like(one, escape="\\") for one in patterns))
 
 
 def epochs(session: Session, buildings: Collection[int], channels: Collection[str]) -> Sequence[Line]:

@@ -193,11 +193,17 @@ class EventRecording(Base):
 
 
 class RecordedChannel(Base):
-    """A channel of which a building has recorded a waveform: one row, however many there are."""
+    """A channel of which a building has recorded a waveform, and when: one row, however many there are."""
 
     __tablename__ = "recorded_channel"
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
     channel: Mapped[str] = mapped_column(primary_key=True)
+    station: Mapped[str]
+    """The channel's network and station, such as `XX.TWR`."""
+    start: Mapped[datetime]
+    """Of the first sample."""
+    end: Mapped[datetime]
+    """Of the last sample; for channels from before this column, of the last earthquake."""
 
 
 class Waveform(Base):

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from io import BytesIO, StringIO
 from threading import Lock
-from typing import Literal
+from typing import Literal, TypeVar
 
 from anyio import to_thread
 from fastapi import APIRouter, Request, Response
@@ -32,6 +32,8 @@ router = APIRouter(prefix="/fdsnws", include_in_schema=False)
 Service = Literal["station", "dataselect"]
 Given = Sequence[tuple[str, str]]
 TIMES = ("starttime", "endtime")
+LEVELS: tuple[fdsn.Level, ...] = ("station", "network", "channel", "response")
+Choice = TypeVar("Choice", bound=str)
 AT_ONCE = 2
 """Requests with one key that are answered at the same time."""
 COUNTING = Lock()
@@ -132,12 +134,12 @@ def stations(
 ) -> Response:
     """The wanted networks, stations and channels, or the answer for no data."""
     named = parameters("station", given)
-    level = one_of(named, "level", ("station", "network", "channel", "response"))
+    level = one_of(named, "level", LEVELS)
     form = one_of(named, "format", ("xml", "text"))
     if form == "text" and level == "response":
         raise QueryError("format=text needs level=network, station or channel")
     with sessions() as session:
-        content = fdsn.inventory(session, selections or [selection(named)], area(named))
+        content = fdsn.inventory(session, selections or [selection(named)], area(named), level)
     if not content.networks:
         return nothing(request, named.get("nodata", "204"))
     out, written, media_type = FORMS[form]
@@ -160,12 +162,13 @@ def samples(
     return Response(content, media_type=MINISEED)
 
 
-def one_of(named: dict[str, str], name: str, known: tuple[str, ...]) -> str:
+def one_of(named: dict[str, str], name: str, known: tuple[Choice, ...]) -> Choice:
     """The value of a parameter; by default the first known one."""
-    value = named.get(name, known[0])
-    if value not in known:
-        raise QueryError(f"{name} must be {', '.join(known)}, got {value}")
-    return value
+    given = named.get(name, known[0])
+    for one in known:
+        if one == given:
+            return one
+    raise QueryError(f"{name} must be {', '.join(known)}, got {given}")
 
 
 def nothing(request: Request, status: str) -> Response:

@@ -129,10 +129,9 @@ def test_a_dead_channel_is_reported_and_its_return(sessions: sessionmaker[Sessio
 
 
 def _seen(session: Session, event: Event, channel: str) -> None:
-    session.add(
-        Waveform(event_id=event.id, channel=channel, start=event.start, rate=100.0, count=1, gain=1.0, samples=b"")
-    )
-    remember_channels(session, event.building_id, [channel])
+    piece = Waveform(event_id=event.id, channel=channel, start=event.start, rate=100.0, count=1, gain=1.0, samples=b"")
+    session.add(piece)
+    remember_channels(session, event.building_id, [piece])
 
 
 def test_a_record_from_the_future_reveals_a_wrong_clock(sessions: sessionmaker[Session], tmp_path: Path) -> None:

@@ -91,6 +91,13 @@ def test_no_row_is_lost_and_the_service_goes_on(upgraded: str, tmp_path: Path) -
             continue
         kept = {comparable(row, iter(had[0])) for row in after[name]} if had else set()
         assert {comparable(row, iter(had[0])) for row in had} <= kept, name
+    channels = {one["channel"]: one for one in after["recorded_channel"]}
+    [earthquake] = after["event"]
+    for waveform in after["waveform"]:
+        one = channels.pop(waveform["channel"])
+        assert one["station"] == ".".join(waveform["channel"].split(".")[:2])
+        assert (one["start"], one["end"]) == (waveform["start"], earthquake["end"])
+    assert not channels
     made = engine(upgraded)
     with made.connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_server_default": True})

@@ -21,7 +21,7 @@ from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db import blobs
 from service.records.events import remember_channels
-from service.records.fdsn import inventory, miniseed
+from service.records.fdsn import Level, inventory, miniseed
 from service.records.fdsn_query import Selection
 from service.records.tables import Event, Waveform
 
@@ -72,7 +72,7 @@ def stored(session: Session, building: Building, start: datetime, channels: dict
         )
     session.add(event)
     session.flush()
-    remember_channels(session, building.id, channels)
+    remember_channels(session, building.id, event.waveforms)
 
 
 @pytest.fixture
@@ -228,7 +228,21 @@ def test_the_hardest_question_stops_no_one(address: str) -> None:
     assert statuses[429], "one key has a share of them"
 
 
-def test_stations_take_as_many_statements_among_three_buildings_as_among_forty(sessions: sessionmaker[Session]) -> None:
+def test_a_station_stands_where_the_latest_description_says(sessions: sessionmaker[Session]) -> None:
+    moved = BUILDING.replace("latitude = 35.5", "latitude = -12.25")
+    with sessions.begin() as session:
+        stored(session, building_store.add(session, BUILDING, Path("."), START), START, {"XX.TWR.01.HNX": GAIN})
+    with sessions.begin() as session:
+        building_store.update_description(session, moved, Path("."), START)
+    with sessions() as session:
+        [[station]] = inventory(session, [Selection()], None, "station")
+    assert (station.latitude, station.longitude) == (-12.25, 139.6)
+
+
+@pytest.mark.parametrize("level", ["station", "channel"])
+def test_stations_take_as_many_statements_among_three_buildings_as_among_forty(
+    sessions: sessionmaker[Session], level: Level
+) -> None:
     numbers, found = [], []
     for first, last in ((0, 3), (3, 40)):
         with sessions.begin() as session:
@@ -237,10 +251,49 @@ def test_stations_take_as_many_statements_among_three_buildings_as_among_forty(s
                 stored(session, of, START, {f"XX.T{number:02}.01.HNX": GAIN})
         for wanted in (Selection(station="T01"), Selection(network="X?", station="T*")):
             with sessions() as session, counted(session) as executed:
-                found.append([station.code for network in inventory(session, [wanted], None) for station in network])
+                found.append(
+                    [station.code for network in inventory(session, [wanted], None, level) for station in network]
+                )
                 numbers.append(len(executed))
     assert found == [["T01"], ["T00", "T01", "T02"], ["T01"], [f"T{number:02}" for number in range(40)]]
     assert len(set(numbers)) == 1
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        "",
+        "network=*&station=T*",
+        "station=t01",
+        "station=T0?,T02&network=X*,YY",
+        "minlatitude=35&maxlatitude=36",
+        "minlatitude=36",
+        "endtime=2011-03-12",
+        "starttime=2011-03-13",
+        "starttime=2011-03-11T12:00:00&endtime=2011-03-11T18:00:00",
+    ],
+)
+def test_stations_are_the_same_whether_their_channels_are_looked_at_or_not(
+    database_url: str, sessions: sessionmaker[Session], query: str
+) -> None:
+    """Stations T00 to T03: the second has no place, the third came a day later, the last has a channel that ended."""
+    nowhere = BUILDING.replace("latitude = 35.5\nlongitude = 139.6\n", "")
+    with sessions.begin() as session:
+        for number in range(4):
+            code, day = f"T{number:02}", START + timedelta(days=int(number == 2))
+            text = (nowhere if number == 1 else BUILDING).replace("TWR", code)
+            of = building_store.add(session, text, Path("."), START)
+            stored(
+                session, of, day + timedelta(hours=1), dict.fromkeys((f"XX.{code}.01.HNX", f"XX.{code}.02.HNX"), GAIN)
+            )
+            stored(session, of, day, {f"XX.{code}.01.HNX": GAIN})
+            stored(session, of, day + timedelta(days=2), {f"XX.{code}.01.HNX": GAIN})
+    with api_server(database_url, max_dataselect_samples=MOST) as address:
+        for level in ("station", "network"):
+            asked = f"{address}/fdsnws/station/1/query?{query}&format=text&level={level}"
+            quick, looked_at = (httpx.get(f"{asked}&channel={channel}") for channel in ("*", "*N*"))
+            assert (quick.status_code, quick.text) == (looked_at.status_code, looked_at.text)
+            assert quick.status_code == (204 if query in ("station=t01", "minlatitude=36") else 200)
 
 
 def test_stations_are_searched_among_the_wanted_channels_only(sessions: sessionmaker[Session]) -> None:
@@ -250,7 +303,7 @@ def test_stations_are_searched_among_the_wanted_channels_only(sessions: sessionm
             stored(session, building_store.add(session, text, Path("."), START), START, {f"XX.{code}.01.HNX": GAIN})
     wanted = Selection(station="TWR")
     with sessions() as session, counted(session) as executed:
-        found = inventory(session, [wanted], None)
+        found = inventory(session, [wanted], None, "channel")
         assert miniseed(session, [wanted], MOST)
     assert [station.code for network in found for station in network] == ["TWR"]
     reads = [str(values) for statement, values in executed if "waveform" in str(statement)]
