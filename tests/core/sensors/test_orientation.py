@@ -101,6 +101,21 @@ def test_turned_axes_are_detected_and_turned_back(sensor: str, degrees: float) -
     assert np.abs(straight.samples - healthy.samples).max() < 0.006 * np.abs(healthy.samples).max()
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.3])
+@pytest.mark.parametrize("degrees", [-30.0, 10.0, 33.0])
+@pytest.mark.parametrize(("along", "across"), [(akt013, kobe), (chi_chi, kobe), (kobe, akt013), (akt013, chi_chi)])
+def test_no_other_sensor_is_taken_for_the_base_slabs_that_is_turned(
+    along: Callable[[], Vector], across: Callable[[], Vector], degrees: float, noise: float
+) -> None:
+    """In noise, one floor may determine its angle and the other not, or neither: then nothing may be stated."""
+    description, samples = biaxial_records(along, across, noise)
+    record = record_of(description.channels, turned(samples, BASE, degrees))
+    _, findings = oriented(record, description)
+    assert {finding.channel for finding in findings} <= {f"{BASE}X", f"{BASE}Y"}
+    if noise == 0.1:
+        assert np.rad2deg(findings[0].value or 0.0) == pytest.approx(degrees, abs=2.0)
+
+
 @pytest.mark.parametrize("degrees", [-45.0, 10.0, 30.0])
 def test_without_transducers_the_ground_is_judged_across_the_layer(degrees: float) -> None:
     """Whose transfer function no one knows: to 2 degrees."""
