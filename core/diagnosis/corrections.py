@@ -1,8 +1,8 @@
 """Correction of faulty sensors in a copy of the samples, so that a diagnosis can go on behind the fault.
 
 Gain, delay, clock, polarity, exchanged channels and drift are corrected. Rotated axes, offsets and jumps of the level
-are corrected by every analysis (core.sensors). A channel with another fault is left out, unless nothing can be
-estimated without it.
+are corrected by every analysis that shows them (core.sensors); rotated axes are then turned back in all earthquakes, by
+the median of their angles. A channel with another fault is left out, unless nothing can be estimated without it.
 """
 
 from collections.abc import Sequence
@@ -40,6 +40,8 @@ class Correction:
     """s/s, by which the samples become later."""
     drifts: bool = False
     """True if the slow change of the level is removed."""
+    turned: float = 0.0
+    """rad from x towards y, by which the axes of the channel's sensor are turned."""
     is_left_out: bool = False
     """True if the samples are not used."""
 
@@ -66,6 +68,8 @@ def correction(
             return Correction(channel, channel, gain=-1.0)
         case "drift":
             return Correction(channel, channel, drifts=True)
+        case "rotation" if _is_turned_back(channel, analyses):
+            return Correction(channel, channel, turned=fault.value)
         case "swap":
             other = _exchanged(channel, analyses)
             return None if other is None else Correction(channel, other)
@@ -81,6 +85,16 @@ def corrected(segments: Sequence[Segment], corrections: Sequence[Correction]) ->
         every = tuple(made for segment in every if (made := _corrected(segment, one)) is not None)
     exchanged = {one.channel: one.measured for one in corrections if one.measured != one.channel}
     return tuple(replace(one, channel=exchanged.get(one.channel, one.channel)) for one in every)
+
+
+def turned_axes(description: BuildingDescription, corrections: Sequence[Correction]) -> BuildingDescription:
+    """The description with the axes of the sensors as they were found."""
+    turned = {one.channel: one.turned for one in corrections}
+    channels = tuple(
+        replace(one, rotation=one.rotation + turned[one.id]) if turned.get(one.id) else one
+        for one in description.channels
+    )
+    return replace(description, channels=channels)
 
 
 def _corrected(segment: Segment, wanted: Correction) -> Segment | None:
@@ -112,6 +126,16 @@ def _exchanged(channel: str, analyses: Sequence[EventAnalysis]) -> str | None:
         if len(pair) == 2 and channel in pair:
             return next(name for name in pair if name != channel)
     return None
+
+
+def _is_turned_back(channel: str, analyses: Sequence[EventAnalysis]) -> bool:
+    """True if one of several earthquakes is used with the channel's axes turned back; mirrored ones are left out."""
+    return len(analyses) > 1 and any(
+        here.record is not None
+        and any(one.id == channel for one in here.record.channels)
+        and any(one.kind == "rotation" and one.channel == channel for one in here.quality)
+        for here in analyses
+    )
 
 
 def _is_dispensable(channel: str, description: BuildingDescription) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from core.analysis import analyse
 from core.diagnosis.building_faults import floor_share_fault
-from core.diagnosis.corrections import Correction, corrected, correction
+from core.diagnosis.corrections import Correction, corrected, correction, turned_axes
 from core.diagnosis.floor_share import FloorShare, with_floor_share
 from core.diagnosis.sensor_faults import sensor_faults
 from core.errors import CoreError
@@ -67,7 +67,8 @@ def _remade(one: AnalysedEarthquake, wanted: Sequence[Correction]) -> AnalysedEa
     recording = one.recording
     if recording is None:
         return one
-    copy = replace(recording, segments=corrected(recording.segments, wanted))
+    described = turned_axes(recording.description, wanted)
+    copy = replace(recording, segments=corrected(recording.segments, wanted), description=described)
     try:
         return analysed(one.name, analyse(copy.segments, copy.description, copy.settings), copy)
     except CoreError as error:

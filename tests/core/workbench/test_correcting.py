@@ -6,8 +6,9 @@ from datetime import timedelta
 
 import numpy as np
 import pytest
+from biaxial_records import biaxial_records, turned
 from building_models import BASE, ROOF, paper, records, segments
-from ground_motions import akt013, chi_chi
+from ground_motions import akt013, chi_chi, kobe
 from paper_records import START
 
 from core.analysis import AnalysisSettings, analyse
@@ -52,6 +53,36 @@ def test_without_its_base_nothing_can_be_used_and_after_the_correction_everythin
     assert [one.name for one in copy.observations] == ["event 0", "event 1"]
     force, true = (one.observations[1].layer.force for one in (copy, earthquakes(sound)))
     assert np.std(force - true) < 1e-6 * np.std(true)
+
+
+def test_axes_are_turned_back_also_where_an_earthquake_does_not_show_that_they_are_turned() -> None:
+    """In the noise of the last one, the floors do not determine the angle."""
+    sensor, degrees = "XX.PAPER.01.HN", 33.0
+
+    def seen(by: float) -> Earthquakes:
+        each = []
+        for number, (motions, noise) in enumerate(
+            (((akt013, kobe), 0.01), ((kobe, akt013), 0.01), ((chi_chi, kobe), 0.3))
+        ):
+            description, samples = biaxial_records(*motions, noise)
+            recorded = tuple(segments(turned(samples, sensor, by), start=START + timedelta(days=number)))
+            recording = Recording(recorded, description, SETTINGS, ("x", "y"), EPOCH)
+            each.append(analysed(f"event {number}", analyse(recorded, description, SETTINGS), recording))
+        return joined(each, description, SETTINGS.band)
+
+    found = seen(degrees)
+    assert ["rotation" in {one.kind for one in here.quality} for here in found.analyses] == [True, True, False]
+    copy = corrected_copy(found)
+    assert {(one.kind, one.channel, one.is_corrected) for one in copy.corrected} == {
+        ("rotation", f"{sensor}{axis}", True) for axis in "XY"
+    }
+    assert corrected_copy(seen(0.0)).corrected == ()
+    errors = [
+        np.std(one.analyses[2].directions["y"].restoring_force.force - true) / np.std(true)
+        for true in [seen(0.0).analyses[2].directions["y"].restoring_force.force]
+        for one in (found, copy)
+    ]
+    assert errors[1] < 0.01 < 1.0 < errors[0]
 
 
 def test_a_gain_is_corrected_to_its_own_uncertainty() -> None:
