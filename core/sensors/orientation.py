@@ -181,10 +181,10 @@ def _turned(
     if own is not None:
         return [(base, own)]
     known = [(pair, turn) for pair, turn in compared if turn.is_certain]
-    is_upright = any(turn.upright for _, turn in known) or _of_base(above) - _of_one(above) > DECIDED
-    if ground is not None and of_ground is not None and of_ground.is_certain and (is_upright or not known):
-        known.append((ground, of_ground))
-        is_upright = is_upright or of_ground.upright
+    beside = [(ground, of_ground)] if ground is not None and of_ground is not None and of_ground.is_certain else []
+    is_upright = any(turn.upright for _, turn in (*known, *beside)) or _of_base(above) - _of_one(above) > DECIDED
+    if is_upright or not known:
+        known += beside
     turned = [(pair, turn) for pair, turn in known if turn.counts]
     if layer is None or ground is None:
         return turned if is_upright or len(floors) < FEWEST_FLOORS else []

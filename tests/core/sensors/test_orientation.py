@@ -126,6 +126,13 @@ def test_without_transducers_the_ground_is_judged_across_the_layer(degrees: floa
     assert np.rad2deg(findings[0].value or 0.0) == pytest.approx(degrees, abs=2.0)
 
 
+def test_where_no_other_floor_is_measured_the_ground_shows_that_the_roofs_sensor_is_turned() -> None:
+    description, samples = biaxial_records()
+    left = {name: values for name, values in turned(samples, ROOF, 30.0).items() if not name.startswith(FOURTH)}
+    _, findings = oriented(record_of(description.channels, left), description)
+    assert {finding.channel for finding in findings} == {f"{ROOF}X", f"{ROOF}Y"}
+
+
 @pytest.mark.parametrize("sensor", [BASE, ROOF])
 def test_rotated_and_mirrored_axes_are_excluded(sensor: str) -> None:
     description, samples = biaxial_records()
