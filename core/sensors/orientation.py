@@ -40,8 +40,8 @@ LARGEST_STD = np.deg2rad(10.0)
 """rad, largest standard deviation of the angle from x or y alone. Not tuned."""
 CERTAIN_ANGLE = 5.0
 """Standard deviations by which an angle must exceed 0. A choice (docs, decision 7)."""
-FEWEST_FLOORS = 2
-"""Fewest sensors above the base slab that can show that the base slab's own is turned."""
+FEWEST = 2
+"""Fewest sensors that can show whether the base slab's own is turned."""
 MOUNTED = np.deg2rad(1.0)
 """rad, standard deviation of the angle at which a sensor is mounted. A choice: a third of TURNED."""
 DECIDED = 9.0
@@ -88,7 +88,7 @@ class _Turn:
     @property
     def upright(self) -> bool:
         """True if the two sensors agree, so that others may be compared with them."""
-        return not self.mirrored and abs(self.angle) < TURNED
+        return not self.mirrored and max(abs(self.angle), self.std) < TURNED
 
 
 def oriented(record: Record, description: BuildingDescription) -> tuple[Record, tuple[Finding, ...]]:
@@ -181,17 +181,20 @@ def _turned(
     if own is not None:
         return [(base, own)]
     known = [(pair, turn) for pair, turn in compared if turn.is_certain]
-    beside = [(ground, of_ground)] if ground is not None and of_ground is not None and of_ground.is_certain else []
-    is_upright = any(turn.upright for _, turn in (*known, *beside)) or _of_base(above) - _of_one(above) > DECIDED
-    if is_upright or not known:
-        known += beside
+    of_layer = None
+    if layer is not None and ground is not None:
+        of_layer = _turn(base[1] - ground[1], second_derivative(layer[1], rate), rate)
+    beside = of_ground if layer is None else of_layer
+    witnesses = [turn for _, turn in known] + ([beside] if beside is not None and beside.is_certain else [])
+    is_upright = any(turn.upright for turn in witnesses) or _of_base(above) - _of_one(above) > DECIDED
+    if len(floors) + (beside is not None) >= FEWEST and not is_upright:
+        return []  # it may be the base slab's own sensor, with which all were compared
+    if ground is not None and of_ground is not None and of_ground.is_certain and (is_upright or not known):
+        known.append((ground, of_ground))
     turned = [(pair, turn) for pair, turn in known if turn.counts]
-    if layer is None or ground is None:
-        return turned if is_upright or len(floors) < FEWEST_FLOORS else []
-    if floors and not is_upright:  # it may be the base slab's own sensor, with which all were compared
-        return []
-    turn = None if turned else _turn(base[1] - ground[1], second_derivative(layer[1], rate), rate)
-    return [(layer, turn)] if turn is not None and turn.is_certain and turn.counts else turned
+    if layer is not None and of_layer is not None and of_layer.is_certain and of_layer.counts and not turned:
+        return [(layer, of_layer)]
+    return turned
 
 
 def _turn(reference: Matrix, sensor: Matrix, rate: float) -> _Turn | None:
@@ -216,7 +219,7 @@ def _ground_turn(base: Matrix, ground: Matrix, layer: Pair | None, rate: float) 
 
 def _base_turn(floors: Sequence[_Turn]) -> _Turn | None:
     """Rotation of the base slab's own sensor: opposite to all floors' if it explains them better than one of theirs."""
-    if len(floors) < FEWEST_FLOORS or not any(turn.is_certain for turn in floors):
+    if len(floors) < FEWEST or not any(turn.is_certain for turn in floors):
         return None
     first = floors[0]
     angle, apart = _common(floors)
