@@ -19,17 +19,18 @@ NUMBER = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 def last_place(shown: str) -> float:
-    """Value of one in the last place of a number that is rounded before its point; 0 of any other."""
+    """Value of one in the last place of a whole number, which may have been rounded to tens or more; 0 of any other."""
     digits = shown.lstrip("−-").replace(",", "")
-    return 10.0 ** (len(digits) - len(digits.rstrip("0"))) if digits.isdigit() and len(digits) > 2 else 0.0
+    zeros = len(digits) - len(digits.rstrip("0")) if len(digits) > 2 else 0
+    return 10.0**zeros if digits.isdigit() else 0.0
 
 
 def assert_alike(now: str, before: str) -> None:
-    """The same words; numbers within 2 %, or one in their last place, because machines round differently."""
+    """The same words; numbers within 2 %, or whole ones within one in their last place and 10 %: machines differ."""
     assert NUMBER.sub("#", now).split() == NUMBER.sub("#", before).split()
     for one, other in zip(NUMBER.findall(now), NUMBER.findall(before), strict=True):
         values = [float(text.replace("−", "-").replace(",", "")) for text in (one, other)]
-        place = min(last_place(one), last_place(other), 0.1 * abs(values[1]))  # of two digits at least
+        place = min(last_place(one), last_place(other), 0.1 * abs(values[1]))
         rounded = ROUNDED if abs(values[1]) > LARGE else max(0.02, place)
         assert values[0] == pytest.approx(values[1], rel=0.02, abs=rounded), (one, other)
 
