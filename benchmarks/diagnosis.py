@@ -96,7 +96,8 @@ def main() -> None:
     groups = [Group(g.name, g.cases[:2], 1) for g in GROUPS] if given.quick else GROUPS
     trials = wanted(groups, CHOOSING if given.choose else REPORTED, given.seeds)
     run(trials, given.rows)
-    rows = [one for one in read(given.rows) if (one.case, one.seed) in set(trials)]
+    reported = set(trials)
+    rows = [one for one in read(given.rows) if (one.case, one.seed) in reported]
     text = "\n".join(table.markdown() for table in tables(rows))
     if given.quick or given.choose:
         print(text)

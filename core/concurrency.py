@@ -17,7 +17,7 @@ Made = TypeVar("Made")
 
 @cache
 def processors() -> int:
-    """Number of processors that this process may use: of those it may run on, and of the quota of its container."""
+    """Number of processors available to this process, within its CPU affinity and the quota of its container."""
     from loky import cpu_count  # it takes longer to import than commands that need no processors may take
 
     return int(cpu_count())

@@ -5,7 +5,7 @@ its transfer function. Of all angles by which a sensor's record can be turned ba
 smallest residual of such a pair of transfer functions: the record is then most coherent with the reference.
 
 Above the isolators every sensor of two axes is compared with the base slab's; the one that differs is turned, and if
-all differ alike it is the base slab's own. All comparisons together decide between the two, also those that do not
+all differ alike it is the base slab's own. All floors together decide between the two, also those that do not
 determine an angle alone. The ground is compared with the difference of base slab and displacement transducers, or,
 without transducers, with the base slab itself, which does not show whether its axes are reversed. No comparison shows
 that all sensors are turned alike, and none is possible where the motion lay along one line.
@@ -32,7 +32,7 @@ UNEXPLAINED = 0.2
 TURNED = np.deg2rad(3.0)
 """rad; smaller angles are mounting tolerance, with which a twentieth of the other direction's motion is read."""
 ALIKE = np.deg2rad(3.0)
-"""rad, difference within which two angles agree: of x and y alone, and of the others relative to the base slab."""
+"""rad, difference within which two angles agree: of x and y alone, and of the floors relative to the base slab."""
 LEAKED = 0.2
 """Share of the angle by which x and y alone may differ from it: a transfer function that changes within BINS lines
 leaves 0.13 of the angle in the trials `rotation@1F` (seed 101), a torsion as much as the angle. A choice."""

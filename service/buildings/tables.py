@@ -18,7 +18,8 @@ class Building(Base):
     name: Mapped[str]
     latitude: Mapped[float | None]
     longitude: Mapped[float | None]
-    """°, as in the latest description. None: it has none, or it is from before this column and was never checked."""
+    """Degrees, from the latest description. None where it gives none, or where a row from before these columns had no
+    check."""
     created_at: Mapped[datetime]
     revisions: Mapped[list["Revision"]] = relationship(back_populates="building", order_by="Revision.number")
 

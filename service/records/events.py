@@ -99,7 +99,7 @@ def add(session: Session, event: Event, recording: Recording, traces: Sequence[T
 
 
 def remember_channels(session: Session, building_id: int, pieces: Iterable[Waveform]) -> None:
-    """Note from when to when the building has recorded the channels of these pieces."""
+    """Extend the recorded span of each channel by these pieces."""
     columns = (RecordedChannel.channel, RecordedChannel.start, RecordedChannel.end)
     rows_there = session.execute(select(*columns).where(RecordedChannel.building_id == building_id))
     noted = {row.channel: (row.start, row.end) for row in rows_there}

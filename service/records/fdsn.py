@@ -7,7 +7,7 @@ from io import BytesIO
 from itertools import groupby, zip_longest
 from operator import attrgetter
 from time import monotonic
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from obspy import Inventory, Stream, Trace, UTCDateTime
 from obspy.core.inventory import (
@@ -52,18 +52,8 @@ NAMES = ("network", "station", "location", "channel")
 Level = Literal["network", "station", "channel", "response"]
 
 
-class Placed(Protocol):
-    """What has coordinates, °, or None where they are not known."""
-
-    @property
-    def latitude(self) -> float | None:
-        """Northwards."""
-        ...
-
-    @property
-    def longitude(self) -> float | None:
-        """Eastwards."""
-        ...
+Placed = BuildingFile | Line
+"""An object with `latitude` and `longitude` in degrees, None where they are not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +85,7 @@ def inventory(session: Session, wanted: Sequence[Selection], area: Area | None, 
 
 
 def _without_channels(session: Session, wanted: Selection, area: Area | None) -> Inventory:
-    """Networks and stations, of however many buildings in one statement."""
+    """Networks and stations by one statement; one more for each batch of buildings whose place is not stored."""
     rows = queries.stations(session, _patterns([wanted]), _time(wanted.start), _time(wanted.end))
     if (wanted.network, wanted.station) != ("*", "*"):  # SQLite's LIKE takes small letters for large ones
         rows = [row for row in rows if _is_match(row.station.split("."), (wanted.network, wanted.station))]
@@ -212,7 +202,7 @@ def _is_match(given: Sequence[str], lists: Sequence[str]) -> bool:
     """True if codes match the lists of wildcards: network, station, and location and channel if they are given."""
     return all(
         any(is_match(code, pattern) for pattern in codes(name, patterns))
-        for name, code, patterns in zip(NAMES, given, lists, strict=False)
+        for name, code, patterns in zip(NAMES[: len(lists)], given, lists, strict=True)
     )
 
 

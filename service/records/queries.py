@@ -103,8 +103,8 @@ def recorded_channels(session: Session, patterns: Collection[str]) -> Sequence[L
 def stations(session: Session, patterns: Collection[str], start: datetime, end: datetime) -> Sequence[Line]:
     """(building_id, name, latitude, longitude, station, start) of the stations that match one of some LIKE patterns.
 
-    A station is there while one of its channels is, from that channel's first sample to its last. Those that are there
-    at some time between `start` and `end` are returned, with the start of the first of these channels.
+    A channel exists from its first sample to its last. A station is returned if one of its channels exists between
+    `start` and `end`; its own start is the earliest start of these channels.
     """
     of_building = (RecordedChannel.building_id, Building.name, Building.latitude, Building.longitude)
     query = (

@@ -201,9 +201,9 @@ class RecordedChannel(Base):
     station: Mapped[str]
     """The channel's network and station, such as `XX.TWR`."""
     start: Mapped[datetime]
-    """Of the first sample."""
+    """Time of the first sample."""
     end: Mapped[datetime]
-    """Of the last sample; for channels from before this column, of the last earthquake."""
+    """Time of the last sample. Where the migration filled this column, the end of the last earthquake."""
 
 
 class Waveform(Base):
