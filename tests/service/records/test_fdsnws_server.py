@@ -234,9 +234,10 @@ def test_a_station_stands_where_the_latest_description_says(sessions: sessionmak
         stored(session, building_store.add(session, BUILDING, Path("."), START), START, {"XX.TWR.01.HNX": GAIN})
     with sessions.begin() as session:
         building_store.update_description(session, moved, Path("."), START)
-    with sessions() as session:
+    with sessions() as session, counted(session) as executed:
         [[station]] = inventory(session, [Selection()], None, "station")
     assert (station.latitude, station.longitude) == (-12.25, 139.6)
+    assert not any("revision" in str(statement) for statement, _ in executed), "the description is not read for it"
 
 
 @pytest.mark.parametrize("level", ["station", "channel"])
