@@ -104,14 +104,11 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
             lines = _lines(displacement, sides, errors, density, rate, band)
             if lines.columns.shape[1] < FEWEST_LINES:
                 return None
-            solved = _step(lines, errors)
-            if solved is None:
-                return None
-            step, covariance = solved
+            step, covariance = _step(lines, errors)
             errors = errors + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-            if (np.abs(step) < SETTLED * np.sqrt(np.diag(covariance))).all():
+            if covariance is not None and (np.abs(step) < SETTLED * np.sqrt(np.diag(covariance))).all():
                 break
-    return LayerAgreement(errors, covariance)
+    return None if covariance is None else LayerAgreement(errors, covariance)
 
 
 def recorded_agreement(record: Record, description: BuildingDescription, direction: Direction) -> LayerAgreement | None:
@@ -212,8 +209,13 @@ def _power(window: Matrix, ω: Vector) -> Vector:
     return np.asarray([np.sum((bend - o**2 * w) ** 2 + (2 * o * slope) ** 2) for o in ω])
 
 
-def _step(lines: _Lines, errors: Vector) -> tuple[Vector, Matrix] | None:
-    """Gauss-Newton step, and the covariance of the result; None if only noise is left."""
+def _step(lines: _Lines, errors: Vector) -> tuple[Vector, Matrix | None]:
+    """Gauss-Newton step, and the covariance of the result.
+
+    The noise is taken from the size of the residuals. Far from the solution these are errors of gains and delays, and a
+    correction for the bias of so much noise would lead away. Where it asks for more than the LARGEST_STEP, the step is
+    the one without it, and the covariance is None; it stays None if only noise is left.
+    """
     layer, base, ground = lines.columns[0], lines.columns[1:4], lines.columns[4:7]
     shares = np.exp(-errors[[0, 3]])
     residual = layer - shares[0] * base[0] + shares[1] * ground[0]
@@ -223,13 +225,23 @@ def _step(lines: _Lines, errors: Vector) -> tuple[Vector, Matrix] | None:
     weight = 1 / (level * noise.sum(axis=0))
     normal = (jacobian * weight @ jacobian.conj().T).real
     descent = (jacobian.conj() * weight @ residual).real
-    bias = np.sum(noise[1:] * level * weight, axis=1)  # of the gains, by the noise of base slab and ground
-    descent[[0, 3]] += bias
-    normal[[0, 3], [0, 3]] -= bias
-    if not (np.diag(normal) > 0).all():
-        return None
-    inverse = scaled_inverse(normal)
-    return -inverse @ descent, inverse * CORRELATED / 2
+    bias = np.zeros(6)  # of the gains, by the noise of base slab and ground
+    bias[[0, 3]] = np.sum(noise[1:] * level * weight, axis=1)
+    unbiased = normal - np.diag(bias)
+    if _is_positive_definite(unbiased):
+        inverse = scaled_inverse(unbiased)
+        step = -inverse @ (descent + bias)
+        if (np.abs(step) <= LARGEST_STEP).all():
+            return step, inverse * CORRELATED / 2
+    return -scaled_inverse(normal) @ descent, None
+
+
+def _is_positive_definite(matrix: Matrix) -> bool:
+    """True for a symmetric matrix without negative or zero eigenvalues, whatever the units of its rows."""
+    squares = np.diag(matrix)
+    if not (squares > 0).all():
+        return False
+    return bool(np.linalg.eigvalsh(matrix / np.sqrt(np.outer(squares, squares)))[0] > 0)
 
 
 def _level(excess: Vector, ω: Vector) -> Vector:
