@@ -29,6 +29,7 @@ from joserfc.jwk import KeySet
 
 from service.addresses import is_loopback
 from service.settings.groups import Oidc
+from service.tls import tls_context
 
 log = logging.getLogger(__name__)
 
@@ -135,7 +136,7 @@ class Provider:
         self.settings, self._clock, self._now = settings, clock, now
         self.issuer, self._client_id = settings.issuer, settings.client_id
         self._redirect = f"{public_url.rstrip('/')}/login/callback"
-        self._tls = httpx.create_ssl_context()
+        self._tls = tls_context()
         self._known: dict[str, Any] = {}
         self._known_at = -float("inf")
         self._is_failing = False

@@ -27,10 +27,11 @@ from service.doctor.findings import Found, good, note, results_in_time, wrong
 from service.notify.channels import mail
 from service.notify.tables import Delivery, Receiver
 from service.records.sources.problems import REFUSED, refusal, unreachable
-from service.records.sources.retried_requests import ServerClock, tls_context
+from service.records.sources.retried_requests import ServerClock
 from service.records.streams.seedlink import PORTS
 from service.records.tables import READ, Recording, SourceState
 from service.settings import Settings
+from service.tls import tls_context
 
 TAKEN = 250
 """Reply code of a mail server that agrees (RFC 5321, section 4.2.3)."""

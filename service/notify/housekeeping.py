@@ -21,6 +21,7 @@ from service.notify.channels import alertmanager
 from service.notify.rendering import Destination, MissingVariableError, RenderedMessage, destination, rendered
 from service.notify.tables import Delivery, Message, Receiver
 from service.settings import Settings
+from service.tls import tls_context
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +100,7 @@ class Housekeeping:
     def _request(self, url: str) -> str | None:
         """The error, without the address, which is a secret; None if there is none."""
         try:
-            answer = httpx.get(url, timeout=self.settings.notify.timeout)
+            answer = httpx.get(url, timeout=self.settings.notify.timeout, verify=tls_context())
         except (httpx.HTTPError, httpx.InvalidURL) as error:
             return type(error).__name__
         return None if answer.is_success else f"answered {answer.status_code}"

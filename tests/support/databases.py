@@ -13,7 +13,7 @@ from tempfile import mkdtemp
 from typing import Any
 
 import psutil
-from sqlalchemy import URL, create_engine, make_url, text
+from sqlalchemy import URL, Engine, create_engine, make_url, text
 
 from service.db import migrate
 
@@ -101,8 +101,13 @@ def alter(server: str, url: str | URL, change: str) -> None:
 
 
 def _at(server: str, *statements: str) -> None:
-    admin = create_engine(make_url(server).set(drivername="postgresql+psycopg"), isolation_level="AUTOCOMMIT")
-    with admin.connect() as connection:
+    with _administrator(server).connect() as connection:
         for statement in statements:
             connection.execute(text(statement))
-    admin.dispose()
+
+
+@cache
+def _administrator(server: str) -> Engine:
+    """Kept for the process: a new connection takes longer than what it is for."""
+    address = make_url(server).set(drivername="postgresql+psycopg")
+    return create_engine(address, isolation_level="AUTOCOMMIT", pool_pre_ping=True)

@@ -12,13 +12,12 @@ from email.message import EmailMessage
 from email.policy import SMTP
 from email.utils import format_datetime
 
-import httpx
-
 from service.notify import texts
 from service.notify.channels import DeliveryResult, one_line
 from service.notify.rendering import Destination, RenderedMessage
 from service.reports.html import rendered
 from service.settings import Settings
+from service.tls import tls_context
 
 COLOURS = {"normal": "#2e7d32", "note": "#14569e", "warning": "#b26a00", "alarm": "#b00020"}
 NOT_REAL_COLOUR = "#5b21b6"
@@ -91,7 +90,7 @@ def connected(settings: Settings) -> Iterator[smtplib.SMTP]:
     """The mail server, after STARTTLS and a login if the settings ask for them."""
     assert settings.smtp.host is not None
     place = (settings.smtp.host, settings.smtp.port)
-    trust = httpx.create_ssl_context()
+    trust = tls_context()
     if settings.smtp.security == "tls":
         server: smtplib.SMTP = smtplib.SMTP_SSL(*place, timeout=settings.notify.timeout, context=trust)
     else:

@@ -20,6 +20,7 @@ import httpcore
 import httpx
 
 from service.notify.channels import DeliveryResult, one_line
+from service.tls import tls_context
 
 MOST_BYTES = 64 * 1024
 """Largest answer, with its head."""
@@ -98,7 +99,7 @@ def _exchanged(
     target = httpcore.URL(scheme=address.raw_scheme, host=address.raw_host, port=address.port, target=address.raw_path)
     guarded = Guarded(reach, monotonic() + seconds)
     timeouts = dict.fromkeys(("connect", "read", "write", "pool"), seconds)
-    with httpcore.ConnectionPool(ssl_context=httpx.create_ssl_context(), network_backend=guarded) as pool:
+    with httpcore.ConnectionPool(ssl_context=tls_context(), network_backend=guarded) as pool:
         response = pool.request("POST", target, headers=head, content=body, extensions={"timeout": timeouts})
     answer = one_line(f"{response.status} {response.content[:1000].decode('utf-8', 'replace')}")
     if 200 <= response.status < 300:

@@ -3,12 +3,10 @@
 import logging
 import random
 import re
-import ssl
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
-from functools import cache
 from http import HTTPStatus
 from itertools import count
 from time import monotonic
@@ -18,6 +16,7 @@ import httpx
 from service.records.sources.problems import LOCATION, refusal, unreachable
 from service.records.sources.source import SourceError, TooLargeError
 from service.settings import Settings
+from service.tls import tls_context
 from service.version import VERSION
 
 log = logging.getLogger(__name__)
@@ -258,16 +257,6 @@ class ServerClock:
             self.ahead = parsedate_to_datetime(written) - self.clock()
         except (ValueError, TypeError):  # no date, or one without a zone
             return
-
-
-@cache
-def tls_context() -> ssl.SSLContext:
-    """The certificates by which monitoring servers are trusted: one context for the process.
-
-    Loading the certificates took half of the processor time of a poll of a quiet source. Changed certificates are in
-    use from the next start on.
-    """
-    return httpx.create_ssl_context()
 
 
 def client(

@@ -4,10 +4,11 @@ import gc
 import ssl
 import tracemalloc
 
+import certifi
 import pytest
 from monitoring_server import Page, Server, monitoring_server
 
-from service.records.sources.retried_requests import Client, client, tls_context
+from service.records.sources.retried_requests import Client, client
 from service.records.sources.source import SourceError, TooLargeError
 
 
@@ -95,11 +96,13 @@ def test_an_address_that_is_none_is_reported(api: Client) -> None:
         api.get("http://127.0.0.1:port/a")
 
 
-def test_the_looks_of_a_process_share_one_tls_context(api: Client) -> None:
+def test_the_looks_of_a_process_share_one_tls_context(api: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     def contexts() -> int:
         return sum(issubclass(type(one), ssl.SSLContext) for one in gc.get_objects())
 
-    tls_context.cache_clear()  # a context that `gc.freeze` froze would not be counted
+    monkeypatch.setenv(
+        "SSL_CERT_FILE", certifi.where()
+    )  # an older context may be frozen by `gc.freeze`, and not counted
     gc.collect()
     made = [client(api.settings, api.manners)]
     before = contexts()
