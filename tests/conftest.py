@@ -19,9 +19,9 @@ from cached_executor import CachedExecutor
 HERE = Path(__file__).parent
 LONGEST = (HERE / "longest_first.txt").read_text("utf-8").split()
 """Files that take longest, the longest first: one that begins last would keep a core busy alone."""
-PROCESSES = 4
+PROCESSES = 5
 """At most: each has a PostgreSQL server of its own."""
-MORE = 2
+MORE = 3
 """Processes beyond the number of cores: many slow tests wait for a lease, a poll or another process. With one more, two
 cores were idle for an eighth of the time."""
 

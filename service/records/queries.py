@@ -106,14 +106,13 @@ def stations(session: Session, patterns: Collection[str], start: datetime, end: 
     A channel exists from its first sample to its last. A station is returned if one of its channels exists between
     `start` and `end`; its own start is the earliest start of these channels.
     """
-    of_building = (RecordedChannel.building_id, Building.name, Building.latitude, Building.longitude)
-    query = (
-        select(*of_building, RecordedChannel.station, func.min(RecordedChannel.start).label("start"))
-        .join(Building, Building.id == RecordedChannel.building_id)
-        .where(_is_named(patterns), RecordedChannel.start <= end, RecordedChannel.end >= start)
-        .group_by(*of_building, RecordedChannel.station)
-    )
-    return session.execute(query.order_by(RecordedChannel.station, RecordedChannel.building_id)).all()
+    own = (RecordedChannel.building_id, RecordedChannel.station)
+    within = (_is_named(patterns), RecordedChannel.start <= end, RecordedChannel.end >= start)
+    earliest = select(*own, func.min(RecordedChannel.start).label("start")).where(*within).group_by(*own)
+    found = earliest.subquery().c  # grouped before the join: ten times fewer rows are joined and sorted
+    query = select(found.building_id, Building.name, Building.latitude, Building.longitude, found.station, found.start)
+    query = query.join(Building, Building.id == found.building_id)
+    return session.execute(query.order_by(found.station, found.building_id)).all()
 
 
 def _is_named(patterns: Collection[str]) -> ColumnElement[bool]:
