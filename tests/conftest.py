@@ -1,4 +1,4 @@
-"""Setup of all tests: a process for each core and two more, the longest files first, each computation once."""
+"""Setup of all tests: a process for each core and three more, the longest files first, each computation once."""
 
 import gc
 import os
