@@ -1,4 +1,4 @@
-"""Setup of all tests: a process for each core and three more, the longest files first, each computation once."""
+"""Setup of all tests: a process for each core and two more, the longest files first, each computation once."""
 
 import gc
 import os
@@ -19,9 +19,9 @@ from cached_executor import CachedExecutor
 HERE = Path(__file__).parent
 LONGEST = (HERE / "longest_first.txt").read_text("utf-8").split()
 """Files that take longest, the longest first: one that begins last would keep a core busy alone."""
-PROCESSES = 5
+PROCESSES = 4
 """At most: each has a PostgreSQL server of its own."""
-MORE = 3
+MORE = 2
 """Processes beyond the number of cores: many slow tests wait for a lease, a poll or another process. With one more, two
 cores were idle for an eighth of the time."""
 
