@@ -6,9 +6,12 @@ from typing import Any
 
 import databases
 import pytest
+import shared_statements
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.db import sessions as opened
+
+shared_statements.share()
 
 
 @pytest.fixture(scope="session")
