@@ -25,7 +25,7 @@ from sphinx.writers.html5 import HTML5Translator
 import core
 from core import arrays
 
-gc.set_threshold(50_000, 20, 20)  # nodes live until the end: looking for garbage among them took a sixth of the time
+gc.set_threshold(50_000, 20, 20)  # nodes live until the end: garbage collection took a sixth of the time
 
 project = "Menshin"
 author = "The Menshin authors"

@@ -156,7 +156,7 @@ def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answ
 
 
 def loaded() -> ModuleType:
-    """The module of the application, imported without searches for garbage, which took almost half of the time."""
+    """The module of the application, imported without garbage collection, which took almost half of the time."""
     gc.disable()
     try:
         import service.app

@@ -26,7 +26,7 @@ MORE = 2
 cores were idle for an eighth of the time."""
 
 GARBAGE = (50_000, 20, 20)
-"""Thresholds of the search for garbage, which by the usual ones takes a tenth of the time of the API's tests."""
+"""Thresholds of garbage collection, which by the usual ones takes a tenth of the time of the API's tests."""
 
 MEMORY = Path("/dev/shm")
 """A folder in memory: tests that write a database would wait for the disk three times as long as they compute."""
@@ -49,7 +49,7 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
-    """No search for garbage among the tests and modules: they live as long as this process."""
+    """No garbage collection among the tests and modules: they live as long as this process."""
     gc.disable()
     try:
         return (yield)
