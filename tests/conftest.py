@@ -1,11 +1,12 @@
 """Setup of all tests: a process for each core and two more, the longest files first, each computation once."""
 
+import atexit
 import gc
 import os
 import tempfile
 from collections.abc import Generator
 from pathlib import Path
-from shutil import disk_usage
+from shutil import disk_usage, rmtree
 
 os.environ.setdefault(
     "OMP_NUM_THREADS", "1"
@@ -14,6 +15,7 @@ os.environ.setdefault("MENSHIN_JOBS__KEPT_ROOM", "0")  # what one run kept would
 os.environ.setdefault("MENSHIN_JOBS__WARM", "false")  # 3 s of processor time for each process of each service
 
 import pytest
+import trustme
 from cached_executor import CachedExecutor
 
 HERE = Path(__file__).parent
@@ -35,9 +37,20 @@ ROOM = 4 * 2**30
 
 
 def pytest_configure() -> None:
-    """Temporary files in memory where it has room, and nothing else was chosen."""
+    """Temporary files in memory where it has room, and one trusted authority, unless something else was chosen."""
     if "TMPDIR" not in os.environ and os.access(MEMORY, os.W_OK) and disk_usage(MEMORY).free > ROOM:
         os.environ["TMPDIR"] = tempfile.tempdir = str(MEMORY)
+    if "SSL_CERT_FILE" not in os.environ:
+        _trust_one_authority()
+
+
+def _trust_one_authority() -> None:
+    """All processes of the run trust a new authority alone: no test speaks with others, whose certificates each client
+    of a server would load, in 20 ms."""
+    folder = Path(tempfile.mkdtemp(prefix="menshin-authority-"))
+    atexit.register(rmtree, folder)
+    trustme.CA().cert_pem.write_to_path(str(folder / "authority.pem"))
+    os.environ["SSL_CERT_FILE"] = str(folder / "authority.pem")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
