@@ -53,8 +53,8 @@ class Motion:
     def _sums(self, time: Vector, factors: np.ndarray) -> Matrix:
         """(sums, n) of all waves, each times its (sums, waves) factors.
 
-        An instant is the start of its block and the time since then: one product of two small matrices
-        takes a fiftieth of the time of all waves at all instants.
+        An instant is the start of its block and the time since then: a product of two small matrices takes a thirtieth
+        of the time of all waves at all instants.
         """
         step = (time[-1] - time[0]) / (time.size - 1)
         assert np.allclose(np.diff(time), step, rtol=1e-6)

@@ -100,9 +100,8 @@ def test_the_looks_of_a_process_share_one_tls_context(api: Client, monkeypatch: 
     def contexts() -> int:
         return sum(issubclass(type(one), ssl.SSLContext) for one in gc.get_objects())
 
-    monkeypatch.setenv(
-        "SSL_CERT_FILE", certifi.where()
-    )  # an older context may be frozen by `gc.freeze`, and not counted
+    # a context of its own: an older one may be frozen by `gc.freeze`, and is not counted then
+    monkeypatch.setenv("SSL_CERT_FILE", certifi.where())
     gc.collect()
     made = [client(api.settings, api.manners)]
     before = contexts()
