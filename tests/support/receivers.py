@@ -107,6 +107,8 @@ class MailServer:
     meanwhile: Callable[[], None] = lambda: None
     """Action between a mail and its reply."""
     logins: list[str] = field(default_factory=list)
+    protocols: list[str | None] = field(default_factory=list)
+    """Protocol that TLS agreed on for each mail (ALPN, RFC 7301); None: no common one."""
 
     @property
     def mails(self) -> list[EmailMessage]:
@@ -133,6 +135,7 @@ class MailHandler:
         if self._box.after_data.startswith("2"):
             assert isinstance(envelope.content, bytes)
             self._box.raw.append(envelope.content)
+        self._box.protocols.append(session.ssl and session.ssl["ssl_object"].selected_alpn_protocol())
         self._box.meanwhile()
         return self._box.after_data
 

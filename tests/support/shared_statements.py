@@ -6,29 +6,32 @@ thirds of the time of a test that reads a page.
 
 from typing import Any
 
-from sqlalchemy import Connection, Engine, event
+from sqlalchemy import Connection, Dialect, Engine, event
 from sqlalchemy.util import LRUCache
 
 MOST = 5000
 """Statements that are kept."""
+Key = tuple[Any, ...]
+"""SQLAlchemy's: the dialect of an engine, and what determines a statement's text."""
 
 
-class _Shared(LRUCache[Any, Any]):
-    """Compiled statements by dialect and version of the server instead of by the dialect of one engine."""
+class _Shared(LRUCache[Key, object]):
+    """Compiled statements by the kind of a dialect instead of by the dialect of one engine."""
 
-    def get(self, key: Any, default: Any = None) -> Any:  # noqa: ANN401  SQLAlchemy's own types
+    def get(self, key: Key, default: object = None) -> object:
         return super().get(_of_any_engine(key), default)
 
-    def __getitem__(self, key: Any) -> Any:  # noqa: ANN401
+    def __getitem__(self, key: Key) -> object:
         return super().__getitem__(_of_any_engine(key))
 
-    def __setitem__(self, key: Any, value: Any) -> None:  # noqa: ANN401
+    def __setitem__(self, key: Key, value: object) -> None:
         super().__setitem__(_of_any_engine(key), value)
 
 
-def _of_any_engine(key: tuple[Any, ...]) -> tuple[Any, ...]:
+def _of_any_engine(key: Key) -> Key:
     dialect, *rest = key
-    return (type(dialect), getattr(dialect, "server_version_info", None), *rest)
+    assert isinstance(dialect, Dialect)
+    return (type(dialect), dialect.server_version_info, *rest)
 
 
 def share() -> None:

@@ -90,7 +90,7 @@ def connected(settings: Settings) -> Iterator[smtplib.SMTP]:
     """The mail server, after STARTTLS and a login if the settings ask for them."""
     assert settings.smtp.host is not None
     place = (settings.smtp.host, settings.smtp.port)
-    trust = tls_context()
+    trust = tls_context("smtp")
     if settings.smtp.security == "tls":
         server: smtplib.SMTP = smtplib.SMTP_SSL(*place, timeout=settings.notify.timeout, context=trust)
     else:

@@ -9,11 +9,12 @@ from time import sleep
 
 import pytest
 import trustme
-from receivers import MailServer, mail_server
+from receivers import MailServer, mail_server, webhook_server
 from rendered_messages import rendered_message
 
 from service.notify.channels import DeliveryResult
 from service.notify.channels.mail import send
+from service.notify.channels.outbound_http import Reach, posted
 from service.notify.rendering import Destination, RenderedMessage
 from service.notify.texts import DRILL, TEST
 from service.settings import Settings
@@ -149,3 +150,20 @@ def test_encrypted_and_logged_in_at_a_server_that_is_trusted(tmp_path: Path, mon
         assert send(rendered_message(), TO, wanted, NOW).outcome == "delivered"
         assert set(box.logins) == {"menshin"}
         assert len(box.raw) == 1
+
+
+def test_a_mail_after_a_web_request_does_not_say_that_it_speaks_http(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mail server may refuse a client that announces another protocol (ALPN), as Exim does."""
+    authority = trustme.CA()
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    authority.issue_cert("localhost").configure_cert(context)
+    context.set_alpn_protocols(["http/1.1"])
+    authority.cert_pem.write_to_path(str(tmp_path / "ca.pem"))
+    monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "ca.pem"))
+    with webhook_server(context) as program, mail_server(context) as box:
+        reach = Reach(allowed=("localhost",))
+        assert posted(program.address, {}, b"{}", reach, 10.0).outcome == "delivered"
+        assert send(rendered_message(), TO, settings(box, smtp_security="starttls"), NOW).outcome == "delivered"
+    assert box.protocols == [None]

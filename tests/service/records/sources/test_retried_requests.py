@@ -1,10 +1,12 @@
 """Requests to a server, with repetitions and limits: available data is fetched, missing data is reported."""
 
 import gc
+import os
 import ssl
 import tracemalloc
+from pathlib import Path
+from shutil import copyfile
 
-import certifi
 import pytest
 from monitoring_server import Page, Server, monitoring_server
 
@@ -96,12 +98,14 @@ def test_an_address_that_is_none_is_reported(api: Client) -> None:
         api.get("http://127.0.0.1:port/a")
 
 
-def test_the_looks_of_a_process_share_one_tls_context(api: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_looks_of_a_process_share_one_tls_context(
+    api: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def contexts() -> int:
         return sum(issubclass(type(one), ssl.SSLContext) for one in gc.get_objects())
 
-    # a context of its own: an older one may be frozen by `gc.freeze`, and is not counted then
-    monkeypatch.setenv("SSL_CERT_FILE", certifi.where())
+    # certificates of its own: an older context may be frozen by `gc.freeze`, and is not counted then
+    monkeypatch.setenv("SSL_CERT_FILE", str(copyfile(os.environ["SSL_CERT_FILE"], tmp_path / "trusted.pem")))
     gc.collect()
     made = [client(api.settings, api.manners)]
     before = contexts()
