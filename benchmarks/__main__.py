@@ -27,8 +27,6 @@ Written by
 
     pip install -e '.[benchmark]' && python -m benchmarks
 
-on {machine}
-
 Times are processor times on one core with one BLAS thread. Each is the median of several rounds, in which the methods
 take turns, each in a separate process that may use 60 s and 6 GB. Times differ between machines and days, so only
 ratios within one table are meaningful. The errors beside the times are relative to exact values.
@@ -41,17 +39,17 @@ def main(names: list[str]) -> None:
         sys.exit(f"no benchmark is called {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
     for name in names or BENCHMARKS:
         title, tables = BENCHMARKS[name]
-        part = "\n".join([f"## {title}\n", *(table.markdown() for table in tables())])
+        part = "\n".join([f"## {title}\n", f"On {description()}\n", *(table.markdown() for table in tables())])
         print(part, flush=True)
         page = TARGET.read_text(encoding="utf-8") if TARGET.exists() else ""
-        TARGET.write_text(renewed(page, {title: part}, description()), encoding="utf-8")
+        TARGET.write_text(renewed(page, {title: part}), encoding="utf-8")
 
 
-def renewed(page: str, parts: Mapping[str, str], machine: str) -> str:
+def renewed(page: str, parts: Mapping[str, str]) -> str:
     """The page with the given parts by their titles in place of what it had; the others stay as they were."""
     held = {part.partition("\n")[0]: f"## {part.rstrip()}\n" for part in page.split("\n## ")[1:]} | dict(parts)
     titles = [title for title, _ in BENCHMARKS.values() if title in held]
-    return "\n".join([OPENING.format(machine=machine), *(held[title] for title in titles)])
+    return "\n".join([OPENING, *(held[title] for title in titles)])
 
 
 if __name__ == "__main__":

@@ -21,10 +21,10 @@ PACKAGES = (
 
 
 def description() -> str:
-    """One paragraph: processor, cores, threads, Python and the packages."""
+    """One paragraph: processor, cores, threads, Python and the installed packages."""
     return (
         f"{processor()}, {os.cpu_count()} cores, {os.environ.get('OMP_NUM_THREADS', 'any number of')} BLAS thread, "
-        f"Python {platform.python_version()}; {', '.join(f'{name} {installed(name)}' for name in PACKAGES)}."
+        f"Python {platform.python_version()}; {', '.join(filter(None, map(installed, PACKAGES)))}."
     )
 
 
@@ -37,8 +37,8 @@ def processor() -> str:
 
 
 def installed(package: str) -> str:
-    """Its version, or that it is not there."""
+    """Its name and version; empty if it is not there."""
     try:
-        return version(package)
+        return f"{package} {version(package)}"
     except PackageNotFoundError:
-        return "not installed"
+        return ""

@@ -67,8 +67,8 @@ def test_the_page_shows_every_benchmark() -> None:
 
 def test_a_part_of_the_page_is_renewed_and_the_others_stay() -> None:
     first, second = (title for title, _ in list(BENCHMARKS.values())[:2])
-    page = renewed("", {second: f"## {second}\n\nold\n", first: f"## {first}\n\nkept\n"}, "a machine")
-    again = renewed(page, {second: f"## {second}\n\nnew\n"}, "a machine")
+    page = renewed("", {second: f"## {second}\n\nold\n", first: f"## {first}\n\nkept\n"})
+    again = renewed(page, {second: f"## {second}\n\nnew\n"})
     assert again == page.replace("old", "new")
     assert re.findall(r"^## (.+)$", again, flags=re.MULTILINE) == [first, second]
 
