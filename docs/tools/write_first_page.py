@@ -5,12 +5,12 @@
 It needs a Chromium: the system's, or that of `playwright install chromium`.
 """
 
-import shutil
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from playwright.sync_api import FloatRect, sync_playwright
+from playwright.sync_api import FloatRect
+from system_chromium import chromium
 
 TARGET = Path(__file__).parents[1] / "operate" / "first-page.png"
 WIDTH, HEIGHT = 1240, 800
@@ -23,8 +23,7 @@ PATIENCE = 300.0
 
 def write(address: Annotated[str, typer.Argument(help="Address of the demonstration.")]) -> None:
     """Take the picture."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         page.set_default_timeout(1e3 * PATIENCE)
         page.goto(f"{address.rstrip('/')}/buildings/DEMO")
@@ -33,7 +32,6 @@ def write(address: Annotated[str, typer.Argument(help="Address of the demonstrat
             raise typer.BadParameter(f"{address} shows no building; try again when an earthquake is analysed")
         clip = FloatRect(x=0.0, y=0.0, width=WIDTH, height=drawings["y"] + drawings["height"] + MARGIN)
         page.screenshot(path=TARGET, full_page=True, clip=clip)
-        browser.close()
 
 
 if __name__ == "__main__":

@@ -7,13 +7,12 @@ It needs a Chromium: the system's, or that of `playwright install chromium`.
 """
 
 import base64
-import shutil
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from playwright.sync_api import sync_playwright
+from system_chromium import chromium
 
 from service.db.sessions import reading, sessions
 from service.notify import queries as notify_queries
@@ -44,12 +43,10 @@ def write(
 ) -> None:
     """Render it."""
     html = page(database, message)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
+    with chromium() as browser:
         window = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         window.set_content(html)
         window.screenshot(path=TARGET, full_page=True)
-        browser.close()
 
 
 if __name__ == "__main__":

@@ -15,7 +15,8 @@ from typing import Annotated
 
 import typer
 from PIL import Image
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
+from system_chromium import chromium
 from walk_pages import pages, reader
 
 HERE = Path(__file__).parents[1] / "operate"
@@ -58,8 +59,7 @@ def write(
         PICTURES.mkdir()
     else:
         titles = {kind: title for kind, title in ENTRY.findall(TARGET.read_text("utf-8")) if kind not in only}
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
+    with chromium() as browser:
         for address, secret in zip(addresses, key, strict=True):
             headers = {"Authorization": f"Bearer {secret}"}
             with reader(address) as client:
@@ -68,7 +68,6 @@ def write(
                     if kind not in titles and (only is None or kind in only):
                         file = PICTURES / f"{name(kind)}.webp"
                         titles[kind] = take(browser, f"{address}{path}", headers, file)
-        browser.close()
     parts = [f"## `{kind}`\n\n![{titles[kind]}](pages/{name(kind)}.webp)\n" for kind in sorted(titles)]
     TARGET.write_text("\n".join([OPENING, *parts]), "utf-8")
 

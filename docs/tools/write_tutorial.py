@@ -9,7 +9,6 @@ no number on the page is typed by hand.
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,7 +22,8 @@ from typing import Any, TypeVar
 from urllib.parse import urljoin, urlsplit
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from playwright.sync_api import FloatRect, Locator, Page, sync_playwright
+from playwright.sync_api import FloatRect, Locator, Page
+from system_chromium import chromium
 
 from service.demo.hidden_effect import RUBBER
 
@@ -108,16 +108,11 @@ def demonstration(folder: Path) -> Iterator[Demonstration]:
 
 @contextmanager
 def window() -> Iterator[Page]:
-    """A page of a browser: the system's Chromium, else the one that `playwright install chromium` brings."""
-    system = shutil.which("chromium") or shutil.which("google-chrome")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=system)
-        try:
-            page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-            page.set_default_timeout(1e3 * PATIENCE)
-            yield page
-        finally:
-            browser.close()
+    """A page of a browser."""
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.set_default_timeout(1e3 * PATIENCE)
+        yield page
 
 
 def walk(page: Page, shown: Demonstration, pictures: Path) -> Seen:

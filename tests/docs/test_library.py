@@ -2,16 +2,10 @@
 
 import json
 import re
-import sys
-from pathlib import Path
 
 import pytest
+import write_library
 from shared_data import needs_shared
-
-TOOLS = Path(__file__).resolve().parents[2] / "docs" / "tools"
-sys.path.append(str(TOOLS))
-
-import write_library  # noqa: E402
 
 LARGE, ROUNDED = 1e6, 2e5
 """Only a ΔBIC is so large: the difference of two sums of 10⁸, by which machines differ by so much."""

@@ -1,21 +1,21 @@
 """The tutorial quotes the actual output, its commands exist, and it can be repeated."""
 
-import importlib.util
 import json
 import re
 import shlex
-import shutil
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 from urllib.parse import urljoin, urlsplit
 
 import pytest
 import typer
+import walk_pages
+import write_tutorial
 from accessible import problems
+from browsers import needs_chromium
 from english_left import english_left
 from playwright.sync_api import Browser, Locator, Page
 
@@ -23,21 +23,7 @@ from service.cli import app
 from service.language.choice import ENGLISH, Language, known, speaking
 from service.language.translation import gettext, said
 
-TOOLS = Path(__file__).resolve().parents[2] / "docs" / "tools"
-
-
-def tool(name: str) -> ModuleType:
-    """A script of the documentation."""
-    script = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
-    assert script is not None
-    assert script.loader is not None
-    made = importlib.util.module_from_spec(script)
-    script.loader.exec_module(made)
-    return made
-
-
-writer, walk = tool("write_tutorial"), tool("walk_pages")
-SEEN: dict[str, Any] = json.loads(writer.SEEN.read_text("utf-8"))
+SEEN: dict[str, Any] = json.loads(write_tutorial.SEEN.read_text("utf-8"))
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -54,21 +40,26 @@ def commands(line: str) -> Iterator[list[str]]:
 
 
 def test_the_tutorial_quotes_the_actual_output() -> None:
-    assert writer.PAGE.read_text("utf-8") == writer.document(SEEN), "python docs/tools/write_tutorial.py would mend it"
+    assert write_tutorial.PAGE.read_text("utf-8") == write_tutorial.document(SEEN), (
+        "python docs/tools/write_tutorial.py would mend it"
+    )
 
 
 def test_its_pictures_are_there_and_small() -> None:
-    shown = {writer.HERE / name for name in re.findall(r"!\[[^\]]*\]\(([^)]*)\)", writer.PAGE.read_text("utf-8"))}
-    assert shown == set(writer.PICTURES.glob("*.png"))
+    shown = {
+        write_tutorial.HERE / name
+        for name in re.findall(r"!\[[^\]]*\]\(([^)]*)\)", write_tutorial.PAGE.read_text("utf-8"))
+    }
+    assert shown == set(write_tutorial.PICTURES.glob("*.png"))
     for picture in shown:
         assert picture.read_bytes().startswith(PNG)
         assert picture.stat().st_size < 200_000
 
 
 def test_its_commands_and_their_options_are_there() -> None:
-    lines = [line for line in writer.PAGE.read_text("utf-8").splitlines() if line.startswith("    ")]
+    lines = [line for line in write_tutorial.PAGE.read_text("utf-8").splitlines() if line.startswith("    ")]
     found = [words for line in lines for words in commands(line)]
-    assert len(found) == 1 + len(writer.COMMANDS)
+    assert len(found) == 1 + len(write_tutorial.COMMANDS)
     for words in found:
         command: Any = typer.main.get_command(app)
         while members := getattr(command, "commands", None):
@@ -95,14 +86,14 @@ def looked_at(browser: Browser, address: str, names: Iterable[str]) -> Iterator[
     with (
         browser.new_context() as active,
         browser.new_context(java_script_enabled=False) as inactive,
-        walk.reader(address) as client,
+        walk_pages.reader(address) as client,
     ):
         for context in (active, inactive):
-            context.set_default_timeout(1e3 * writer.PATIENCE)
+            context.set_default_timeout(1e3 * write_tutorial.PATIENCE)
         page, still = active.new_page(), inactive.new_page()
-        for kind, path in walk.pages(client):
+        for kind, path in walk_pages.pages(client):
             page.goto("about:blank")  # which has no charts to draw again
-            page.set_viewport_size({"width": writer.WIDTH, "height": writer.HEIGHT})
+            page.set_viewport_size({"width": write_tutorial.WIDTH, "height": write_tutorial.HEIGHT})
             page.goto(f"{address}{path}")
             still.goto(f"{address}{path}")
             hidden = [one for one in still.locator(SHOWN_STILL).all() if not one.is_visible()]
@@ -122,7 +113,7 @@ def reading(browser: Browser, language: Language) -> Iterator[tuple[Page, Callab
             return gettext(english)
 
     with browser.new_context(locale=language) as context:
-        context.set_default_timeout(1e3 * writer.PATIENCE)
+        context.set_default_timeout(1e3 * write_tutorial.PATIENCE)
         yield context.new_page(), text
 
 
@@ -215,7 +206,7 @@ def improve(browser: Browser, address: str, effect: str, language: Language) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="no Chromium to walk with")
+@needs_chromium
 def test_the_tutorial_can_be_repeated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its numbers agree with the page within a tenth: estimates may have changed by so much since it was written.
 
@@ -224,9 +215,9 @@ def test_the_tutorial_can_be_repeated(tmp_path: Path, monkeypatch: pytest.Monkey
     pictures = tmp_path / "pictures"
     pictures.mkdir()
     monkeypatch.delenv("MENSHIN_JOBS__WARM", raising=False)  # idle processes are warmed, as for readers
-    with writer.window() as page:
-        with writer.demonstration(tmp_path) as shown:
-            seen = writer.walk(page, shown, pictures)
+    with write_tutorial.window() as page:
+        with write_tutorial.demonstration(tmp_path) as shown:
+            seen = write_tutorial.walk(page, shown, pictures)
             events = page.request.get(urljoin(page.url, "/api/v1/buildings/DEMO/events")).json()["items"]
             strongest = max(events, key=lambda one: one["pga"])["id"]
             verdict = page.request.get(urljoin(page.url, f"/api/v1/events/{strongest}/verdict")).json()
@@ -235,7 +226,7 @@ def test_the_tutorial_can_be_repeated(tmp_path: Path, monkeypatch: pytest.Monkey
         monkeypatch.undo()
         browser = page.context.browser
         assert browser is not None
-        with writer.demonstration(tmp_path) as again:
+        with write_tutorial.demonstration(tmp_path) as again:
             assert again.until(lambda printed: f"your model {seen['after']['name']} is current" in printed)
             address = again.until(lambda printed: re.search(r"answers at (http://\S+)/", printed))[1]
             written = tomllib.loads((again.folder / "building.toml").read_text("utf-8"))
@@ -248,7 +239,9 @@ def test_the_tutorial_can_be_repeated(tmp_path: Path, monkeypatch: pytest.Monkey
     )
     assert {kind: found for kind, found in unusable.items() if found} == {}
     assert "The model misses the latest 2 events" in seen["warning"]
-    assert {picture.name for picture in pictures.iterdir()} == {file.name for file in writer.PICTURES.glob("*.png")}
+    assert {picture.name for picture in pictures.iterdir()} == {
+        file.name for file in write_tutorial.PICTURES.glob("*.png")
+    }
     assert seen["set"] == SEEN["set"] == ["hardening"]
     for model in ("before", "after"):
         for fresh, written in zip(seen[model]["events"], SEEN[model]["events"], strict=True):

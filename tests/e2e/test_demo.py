@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -12,6 +11,7 @@ from typing import Any
 import httpx
 import pytest
 from demo_process import Demo, demo, seconds_to_end, surviving_processes
+from system_chromium import PROGRAM
 
 from core.drift.baseline import FEWEST_EVENTS
 from core.paper import ISOLATOR
@@ -84,9 +84,7 @@ def undecided_checks(running: Demo, address: str) -> set[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(
-    shutil.which("chromium") is not None, reason="tests/docs/test_tutorial.py goes this way in a browser"
-)
+@pytest.mark.skipif(PROGRAM is not None, reason="tests/docs/test_tutorial.py goes this way in a browser")
 def test_a_hidden_effect_is_reported_until_a_model_with_it_is_accepted(tmp_path: Path) -> None:
     """The effect is given here; tests/docs/test_tutorial.py finds it as a user does."""
     hardening = {"k3": RUBBER.stiffness / RUBBER.length**2 / 6, "k5": RUBBER.stiffness / RUBBER.length**4 / 120}

@@ -1,19 +1,13 @@
-"""A browser for the tests of a module: its start takes 2 s of processor time."""
+"""A browser for tests."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from shutil import which
 
-from playwright.sync_api import Browser, sync_playwright
+import pytest
+from playwright.sync_api import Browser
+from system_chromium import PROGRAM
 
-
-@contextmanager
-def chromium() -> Iterator[Browser]:
-    """The system's Chromium."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
-        yield browser
-        browser.close()
+needs_chromium = pytest.mark.skipif(PROGRAM is None, reason="Debian's chromium-headless-shell is not installed")
 
 
 @contextmanager

@@ -2,16 +2,16 @@
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from shutil import which
 
 import paper_records
 import pytest
 from accessible import problems
 from api_client import TestClient, client
 from api_server import OWN, api_server
-from playwright.sync_api import sync_playwright
+from browsers import needs_chromium
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from service.access import keys
 from service.access.roles import Role
@@ -124,11 +124,10 @@ def test_a_page_of_another_site_makes_no_key(database_url: str, admin: str) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to fill in the page with")
+@needs_chromium
 def test_the_page_of_keys_works_without_javascript(database_url: str, admin: str) -> None:
-    with api_server(database_url, visitor=None, public_url=OWN) as address, sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=which("chromium"))
-        page = chromium.new_context(java_script_enabled=False).new_page()
+    with api_server(database_url, visitor=None, public_url=OWN) as address, chromium() as browser:
+        page = browser.new_context(java_script_enabled=False).new_page()
         page.goto(f"{address}/keys")
         page.get_by_label("API key").fill(admin)
         page.get_by_role("button", name="Log in").click()
@@ -150,10 +149,9 @@ def test_the_page_of_keys_works_without_javascript(database_url: str, admin: str
         assert "engineer" not in row.text_content()
         assert "never" not in page.locator("tr", has_text="admin").locator("[data-of='Last used']").text_content()
 
-        looked_at = chromium.new_context(storage_state=page.context.storage_state()).new_page()
+        looked_at = browser.new_context(storage_state=page.context.storage_state()).new_page()
         looked_at.goto(f"{address}/keys")
         assert problems(looked_at) == []
         with page.expect_navigation():
             page.get_by_role("button", name="Revoke duty").click()
         assert "revoked" in row.text_content()
-        chromium.close()

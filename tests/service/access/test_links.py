@@ -2,16 +2,16 @@
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from shutil import which
 
 import paper_records
 import pytest
 from accessible import problems
 from api_client import TestClient, client
 from api_server import OWN, api_server
-from playwright.sync_api import sync_playwright
+from browsers import needs_chromium
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 from typer.testing import CliRunner
 
 from service.access import keys, links
@@ -178,13 +178,12 @@ def test_the_command_makes_lists_and_revokes_links(database_url: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to read the pages with")
+@needs_chromium
 def test_the_page_of_links_works_without_javascript(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         key = keys.create(session, "people", Role.admin, NOW)
-    with api_server(database_url, visitor=None, public_url=OWN) as address, sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=which("chromium"))
-        page = chromium.new_context(java_script_enabled=False).new_page()
+    with api_server(database_url, visitor=None, public_url=OWN) as address, chromium() as browser:
+        page = browser.new_context(java_script_enabled=False).new_page()
         page.goto(f"{address}/buildings/PAPER/links")
         page.get_by_label("API key").fill(key)
         page.get_by_role("button", name="Log in").click()
@@ -195,15 +194,14 @@ def test_the_page_of_links_works_without_javascript(database_url: str, sessions:
             page.get_by_role("link", name="All links to PAPER").click()
         assert page.locator("tbody tr").count() == 1
 
-        guest = chromium.new_page()
+        guest = browser.new_page()
         guest.goto(made)
         guest.wait_for_url(f"{address}/buildings/PAPER")
         assert guest.evaluate("document.referrer") == "", "the token is in no address that is passed on"
-        looked_at = chromium.new_context(storage_state=page.context.storage_state()).new_page()
+        looked_at = browser.new_context(storage_state=page.context.storage_state()).new_page()
         looked_at.goto(f"{address}/buildings/PAPER/links")
         assert problems(looked_at) == []
 
         with page.expect_navigation():
             page.get_by_role("button", name="Revoke the link for the owner, 1").click()
         assert "revoked" in page.locator("tbody tr").text_content()
-        chromium.close()

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from shutil import which
 from urllib.parse import parse_qs, urlsplit
 
 import databases
@@ -15,11 +14,12 @@ import pytest
 from accessible import problems
 from api_client import TestClient, client
 from api_server import LOCALHOST, api_server
+from browsers import needs_chromium
 from joserfc.jwk import ECKey
-from playwright.sync_api import sync_playwright
 from sign_in_providers import CLIENT, LyingProvider, lying_provider, real_provider, signed_in_at
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from service.access import keys, logins
 from service.access.auth import COOKIE, SAFE_COOKIE
@@ -118,17 +118,16 @@ def test_a_person_signs_in_reads_and_signs_out(opened: Opened, issuer: str, sess
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to sign in with")
+@needs_chromium
 def test_a_browser_signs_in_without_javascript(database_url: str, issuer: str) -> None:
     """Chromium decides which cookies come back with a person whom another site, the provider's, sends."""
     oidc = {"issuer": issuer, "client_id": CLIENT, "client_secret": "hush", "grants": GRANTS}
     with (
         api_server(database_url, visitor=None, public_url=LOCALHOST, oidc=oidc) as own,
-        sync_playwright() as playwright,
+        chromium() as browser,
     ):
         address = own.replace("127.0.0.1", "localhost")
-        chromium = playwright.chromium.launch(executable_path=which("chromium"))
-        page = chromium.new_context(java_script_enabled=False).new_page()
+        page = browser.new_context(java_script_enabled=False).new_page()
         page.goto(f"{address}/effects")
         page.get_by_role("link", name="Sign in with single sign-on").click()
         page.get_by_role("button", name="17").click()
@@ -137,11 +136,10 @@ def test_a_browser_signs_in_without_javascript(database_url: str, issuer: str) -
         assert (cookie["name"], cookie["httpOnly"], cookie["sameSite"]) == (COOKIE, True, "Strict")
         page.get_by_role("button", name="Log out").click()
         page.wait_for_url(f"{address}/login")
-        looked_at = chromium.new_page()
+        looked_at = browser.new_page()
         looked_at.goto(f"{address}/login/callback")
         assert "not begun in this browser" in looked_at.text_content("main")
         assert problems(looked_at) == []
-        chromium.close()
 
 
 def test_a_session_is_limited_to_the_buildings_of_its_groups(

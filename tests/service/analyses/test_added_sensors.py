@@ -4,17 +4,17 @@ import os
 from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
-from shutil import which
 
 import accessible
 import monitored_building
 import pytest
 from api_client import client
 from api_server import api_server
+from browsers import needs_chromium
 from fastapi.testclient import TestClient
 from model_jobs import finished_job, work
-from playwright.sync_api import sync_playwright
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
@@ -93,13 +93,12 @@ def test_who_requested_it_cancels_it(api: TestClient) -> None:
     assert (stopped.status_code, stopped.headers["location"]) == (303, "/buildings/PAPER")
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_the_page_is_accessible_in_both_languages(
     api: TestClient, database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     job = finished_job(api, sessions, ADDRESS, {})["id"]
-    with api_server(database_url) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+    with api_server(database_url) as address, chromium() as browser:
         for locale, heading in (("en", "one more accelerometer"), ("ja", "加速度計を1台追加")):
             page = browser.new_context(locale=locale, viewport={"width": 1280, "height": 900}).new_page()
             page.goto(f"{address}/sensors/{job}", wait_until="networkidle")
@@ -114,4 +113,3 @@ def test_the_page_is_accessible_in_both_languages(
                     page.wait_for_timeout(300)
                     page.screenshot(path=f"{shots}/{locale}-sensors-{theme}-{width}.png", full_page=True)
             assert accessible.problems(page) == []
-        browser.close()

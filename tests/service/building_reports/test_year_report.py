@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from html import unescape
 from pathlib import Path
-from shutil import which
 
 import pytest
 from accessible import problems
@@ -13,11 +12,12 @@ from alert_candidates import DAY, START, softer_isolators
 from alert_fixtures import AGE, SOON, with_stored_events
 from api_client import client
 from assessed_buildings import STRONG, add_comparison, building, day, earthquake
+from browsers import needs_chromium
 from command import menshin
-from playwright.sync_api import sync_playwright
 from pypdf import PdfReader
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from service.alerts.messages import write_event_message
 from service.alerts.reconciliation import reconcile
@@ -148,7 +148,7 @@ def test_too_many_earthquakes_are_counted(stored: Session, of: Building, monkeyp
     assert report.omitted == ("1 weaker earthquakes are not listed, and not among the counts by level.",)
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="Debian's chromium is not installed")
+@needs_chromium
 def test_both_reports_are_readable_by_everybody_and_on_a_phone(stored: Session, of: Building) -> None:
     over = year_report(stored, of.code, YEAR, NEXT)
     [strong] = stored.scalars(select(Event).where(Event.start == day(1)))
@@ -157,13 +157,11 @@ def test_both_reports_are_readable_by_everybody_and_on_a_phone(stored: Session, 
         rendering.html(over, year_pictures(over), NEXT),
         rendering.html(one, pictures(stored, one), NEXT),
     ]
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+    with chromium() as browser:
         page = browser.new_context(bypass_csp=True).new_page()  # axe is a script, and a report allows none
         for html in shown:
             page.set_content(html.decode())
             assert problems(page) == []
-        browser.close()
 
 
 def test_the_api_and_the_command_serve_it(

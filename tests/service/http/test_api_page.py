@@ -1,11 +1,10 @@
 """The API for people: Swagger UI sends requests with the browser's session, and without JavaScript there is a text."""
 
-from shutil import which
-
 import pytest
 from accessible import problems
 from api_server import api_server
-from playwright.sync_api import sync_playwright
+from browsers import needs_chromium
+from system_chromium import chromium
 
 from service.http.api_page import with_code
 from service.http.libraries import address
@@ -16,11 +15,10 @@ PATIENCE = 120_000.0
 """ms; Swagger UI draws 92 operations in 10 s on a quiet machine."""
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_an_operation_can_be_tried_and_read_without_javascript(url: str) -> None:
-    with api_server(url) as server, sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=which("chromium"))
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+    with api_server(url) as server, chromium() as browser:
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(PATIENCE)
         printed: list[str] = []
         page.on("console", lambda message: printed.append(message.text) if message.type == "error" else None)
@@ -34,7 +32,7 @@ def test_an_operation_can_be_tried_and_read_without_javascript(url: str) -> None
         assert problems(page) == []
         assert printed == [], "the browser refused something"
 
-        still = chromium.new_context(java_script_enabled=False).new_page()
+        still = browser.new_context(java_script_enabled=False).new_page()
         still.goto(f"{server}/docs#list_buildings")
         assert still.get_by_role("link", name="GET /api/v1/buildings", exact=True).is_visible()
         assert "`" not in still.inner_text("#reference")

@@ -3,17 +3,17 @@
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from shutil import which
 
 import databases
 import pytest
 from alert_fixtures import raise_softening
 from api_server import api_server
-from browsers import chromium, closing_pages
+from browsers import closing_pages, needs_chromium
 from monitoring_server import building_file
 from playwright.sync_api import Browser, Page
 from sqlalchemy import delete
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from service.access import keys
 from service.access.auth import Role
@@ -23,7 +23,7 @@ from service.db import sessions as opened
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(which("chromium") is None, reason="no Chromium to type in"),
+    needs_chromium,
 ]
 
 

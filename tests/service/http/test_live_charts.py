@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
-from shutil import which
 from time import monotonic
 
 import databases
@@ -12,9 +11,10 @@ import monitored_building
 import pytest
 from api_client import client
 from api_server import api_server
-from browsers import chromium, closing_pages
+from browsers import closing_pages, needs_chromium
 from PIL import Image
 from playwright.sync_api import Browser, Page, Route
+from system_chromium import chromium
 
 from service.db import sessions as opened
 from service.http.libraries import address
@@ -55,7 +55,7 @@ def browser(started: tuple[str, Browser]) -> Iterator[tuple[str, Browser]]:
         yield server, browser
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     browser: tuple[str, Browser], tmp_path: Path
 ) -> None:
@@ -96,7 +96,7 @@ def test_a_chart_answers_the_pointer_and_stays_a_picture_without_javascript(
     assert "restoring force (kN)" in still.inner_text("main") or "force (kN)" in still.inner_text("main")
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_a_chart_that_a_busy_server_did_not_give_is_asked_for_again(browser: tuple[str, Browser]) -> None:
     server, shown_by = browser
     page = shown_by.new_page(viewport={"width": 1280, "height": 700})
@@ -247,7 +247,7 @@ DOMAIN = f"""() => charts.find((one) => one.area.parentElement.matches("{CHART}"
 """Times that the force history shows, s."""
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_two_fingers_zoom_one_moves_sideways_and_scrolls_the_page(browser: tuple[str, Browser]) -> None:
     server, shown_by = browser
     page = shown_by.new_context(viewport={"width": 375, "height": 700}, has_touch=True).new_page()
@@ -348,7 +348,7 @@ def the_switch_changes_the_theme_and_is_kept(page: Page) -> None:
     page.get_by_role("button", name="Reset zoom: Restoring force, direction x").wait_for()
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_a_slider_changes_the_loop_and_the_form_works_without_javascript(browser: tuple[str, Browser]) -> None:
     server, shown_by = browser
     page = shown_by.new_page(viewport={"width": 375, "height": 700})

@@ -4,7 +4,6 @@ import re
 import socket
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from shutil import which
 from threading import Event as Signal, Thread
 from time import monotonic
 
@@ -14,11 +13,12 @@ import monitored_building
 import pytest
 from api_client import VISITOR, client
 from api_server import api_server
+from browsers import needs_chromium
 from fastapi.testclient import TestClient
 from model_jobs import MODELS, work, work_with_progress
-from playwright.sync_api import sync_playwright
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from service import serving as running
 from service.access import keys
@@ -75,10 +75,9 @@ def test_no_page_reloads_by_itself() -> None:
     assert [page.name for page in pages if reloading.search(page.read_text())] == []
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to tick a box with")
+@needs_chromium
 def test_a_ticked_box_survives_the_job_and_its_event_is_held_out(url: str, sessions: sessionmaker[Session]) -> None:
-    with api_server(url) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+    with api_server(url) as address, chromium() as browser:
         page = browser.new_page()
         printed: list[str] = []
         page.on("console", lambda message: printed.append(message.text))
@@ -100,7 +99,6 @@ def test_a_ticked_box_survives_the_job_and_its_event_is_held_out(url: str, sessi
         assert not page.locator("[name=hold_out_1]").is_checked()
         page.get_by_role("button", name="Fit", exact=True).click()
         page.locator("#work progress").wait_for()
-        browser.close()
     assert printed == [], "the browser refused something"
     with sessions() as session:
         fit = session.scalars(select(Job).where(Job.kind == "fit")).one()

@@ -3,15 +3,15 @@
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from shutil import which
 
 import pytest
 from api_client import client
 from api_server import api_server
 from assessed_buildings import building_file
-from browsers import chromium, closing_pages
+from browsers import closing_pages, needs_chromium
 from playwright.sync_api import Browser, Page, expect
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from service.access import keys
 from service.access.auth import REFRESH
@@ -59,7 +59,7 @@ def page(started: Browser, database_url: str, tower: int) -> Iterator[Page]:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_what_is_new_comes_without_moving_what_is_read(page: Page, tower: int, sessions: sessionmaker[Session]) -> None:
     def tops(day: int) -> list[float]:
         row = page.locator("tr", has_text=f"{START + timedelta(days=day):%Y-%m-%d}")

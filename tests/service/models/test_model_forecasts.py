@@ -6,17 +6,17 @@ from collections.abc import Iterator, Sequence
 from html import unescape
 from math import exp, sin
 from pathlib import Path
-from shutil import which
 from typing import Any
 
 import monitored_building
 import pytest
 from api_client import client
 from api_server import api_server
+from browsers import needs_chromium
 from fastapi.testclient import TestClient
 from model_jobs import create_model, finished_job, work
-from playwright.sync_api import sync_playwright
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from core.paper import ISOLATOR
 from service.http.guard import UPLOAD
@@ -186,15 +186,14 @@ def test_the_page_says_why_a_file_or_a_missing_one_is_refused(api: TestClient) -
     assert "at most 12 files" in many.text
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_a_forecast_fits_a_telephone_in_both_languages(
     api: TestClient, database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     model = create_model(api, TRUTH)
     job = finished_job(api, sessions, f"/api/v1/models/{model}/forecasts", {"earthquake": 1, "pga": 20.0})
     english = "today", "Limits of the building", "OUT OF RANGE"
-    with api_server(database_url) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+    with api_server(database_url) as address, chromium() as browser:
         for locale, width in (("en", 320), ("ja", 320), ("ja", 1280)):
             page = browser.new_context(
                 locale=locale, viewport={"width": width, "height": 900}, java_script_enabled=False, color_scheme="dark"
@@ -207,7 +206,6 @@ def test_a_forecast_fits_a_telephone_in_both_languages(
                     assert not [word for word in english if word in page.inner_text("main")]
                 if shots := os.environ.get("SHOTS"):
                     page.screenshot(path=f"{shots}/{locale}-{width}-{path.split('/')[1]}.png", full_page=True)
-        browser.close()
 
 
 def test_another_jobs_number_is_no_forecast(api: TestClient, sessions: sessionmaker[Session]) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from html import unescape
 from pathlib import Path
-from shutil import which
 from types import MappingProxyType
 from typing import Any
 
@@ -16,12 +15,13 @@ import paper_records
 import pytest
 from api_client import client
 from api_server import api_server
+from browsers import needs_chromium
 from fastapi.testclient import TestClient
 from few_effects import LINEAR_WITH_YIELDING, few_effects
 from model_jobs import create_model, finished_job, work
-from playwright.sync_api import sync_playwright
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
+from system_chromium import chromium
 
 from core.effect import Effect
 from core.effects import EFFECTS
@@ -299,14 +299,13 @@ def test_an_engineer_of_some_buildings_cannot_delete_what_others_may_use(
             assert "Delete this effect" not in limited.get("/effects/our_wall", headers=own).text
 
 
-@pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")
+@needs_chromium
 def test_a_sketch_and_the_effect_made_of_it_are_accessible_in_both_languages(
     api: TestClient, database_url: str, sketch: int
 ) -> None:
     kept(api, sketch, "our_brace")
     english = ("slip", "displacement", "Proposed", "held out", "Kept", "Sketch")
-    with api_server(database_url) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=which("chromium"))
+    with api_server(database_url) as address, chromium() as browser:
         for locale, path, heading in (
             ("en", f"/sketches/{sketch}", "sketch of the force"),
             ("ja", f"/sketches/{sketch}", "欠けている力"),
@@ -325,4 +324,3 @@ def test_a_sketch_and_the_effect_made_of_it_are_accessible_in_both_languages(
                     page.wait_for_timeout(300)
                     page.screenshot(path=f"{shots}/{locale}-{path.split('/')[1]}-{theme}-{width}.png", full_page=True)
             assert accessible.problems(page) == []
-        browser.close()
