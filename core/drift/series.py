@@ -11,6 +11,9 @@ import numpy as np
 from core.arrays import Indices, Mask, Vector
 from core.drift.quantities import Quantity, quantity
 from core.errors import RecordError
+from core.rounding import plain
+from core.tables import report
+from core.units import percent, shown, unit
 
 YEAR = 365.2425 * 86400.0
 """s, mean length of the Gregorian year."""
@@ -122,6 +125,31 @@ class Series:
     """Direction, mode or channel that was measured."""
     measurements: Sequence[Measurement]
     """In any order; duplicates count once. Years of cycles are MeasurementColumns."""
+
+    def __str__(self) -> str:
+        known, count = quantity(self.quantity), len(self.measurements)
+        title = f"Series of the {known.title}, {self.subject}"
+        if not count:
+            return report(title, ["There is no measurement."])
+        columns = MeasurementColumns.of(self.measurements)
+        first, last = (
+            f"{datetime.fromtimestamp(one, UTC):%Y-%m-%d}" for one in (columns.time.min(), columns.time.max())
+        )
+        low, median, high = (float(np.quantile(columns.value, share)) for share in (0.0, 0.5, 1.0))
+        if known.is_logarithmic:
+            below, above = percent(1 - low / median), percent(high / median - 1)
+            spread = f"The smallest is {below} below the median, the largest {above} above it."
+        else:
+            spread = f"The smallest is {_length(low)}, the largest {_length(high)}."
+        sentences = [
+            f"{count} measurements in {np.unique(columns.event).size} events, from {first} to {last}.",
+            spread,
+        ]
+        return report(title, sentences)
+
+
+def _length(value: float) -> str:
+    return f"{plain(shown(value, 'm'), 2)} {unit('m')}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

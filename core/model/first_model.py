@@ -22,6 +22,10 @@ class FirstModel:
     assumed: tuple[str, ...]
     """Parameters that the design does not give, at usual values from which a fit can start."""
 
+    def __str__(self) -> str:
+        assumed = f"The design does not give {', '.join(self.assumed)}: usual values." if self.assumed else ""
+        return f"{self.isolator}\n\n{assumed or 'The design gives all values.'}"
+
 
 def first_model(description: BuildingDescription) -> FirstModel:
     """The effects that the design gives: elastic and viscous, and Bouc-Wen hysteresis if a yield force is given.

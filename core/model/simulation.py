@@ -22,6 +22,9 @@ from core.errors import ModelError, RecordError
 from core.laws.compilation import bound, cached, inlined
 from core.model.isolator import Conditions, Isolator, packed
 from core.model.program import MOST_CACHED, force_digest, force_program
+from core.rounding import plain
+from core.tables import Table, report
+from core.units import shown, unit
 
 SUBSTEPS = 3
 """Smallest number of steps per sample: the force of the paper's building at 100 Hz then has an error of 1e-5 of its
@@ -62,6 +65,22 @@ class Response:
     """(floors, n) m/s², absolute, from the lowest floor to the roof."""
     floor_displacement: Matrix
     """(floors, n) m, relative to the base slab."""
+
+    def __str__(self) -> str:
+        floors = [
+            (f"acceleration of floor {number}", one, "m/s²") for number, one in enumerate(self.floor_acceleration)
+        ]
+        histories = (
+            ("displacement of the isolators", self.isolator_displacement, "m"),
+            ("velocity of the isolators", self.isolator_velocity, "m/s"),
+            ("restoring force of the isolation layer", self.force, "N"),
+            ("acceleration of the base slab", self.base_acceleration, "m/s²"),
+            *floors,
+        )
+        rows = tuple((name, f"{plain(shown(float(np.abs(one).max()), si))} {unit(si)}") for name, one, si in histories)
+        note = "Floor 0 is the lowest one. Accelerations are absolute."
+        table = Table("Largest values", ("quantity", "value"), rows, note)
+        return report(f"Simulated response, {self.force.size} samples", table)
 
 
 def simulate(

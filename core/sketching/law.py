@@ -4,6 +4,7 @@ import linecache
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from hashlib import sha256
 from keyword import iskeyword
 
@@ -27,6 +28,8 @@ INPUTS = ("u", "v", "u_cross", "v_cross", "axial_load", "temperature", "ground")
 """Arguments that a term's expression may have."""
 FUNCTIONS = ("copysign", "exp", "sin", "sqrt", "tanh")
 """Functions of module math that a term's expression may have."""
+MOST_KEPT = 256
+"""Effects that are kept by the text of their files."""
 WORD = re.compile(r"[A-Za-z_]\w*")
 """A name in an expression."""
 
@@ -141,8 +144,9 @@ def effect_source(name: str, law: Law) -> str:
     return "\n".join(text)
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def effect_of(name: str, source: str) -> Effect:
-    """The effect of a file's text.
+    """The effect of a file's text; the same object for the same text.
 
     Args:
         name: of the effect.

@@ -19,6 +19,9 @@ from core.estimators.superstructure import KnownSuperstructure, known_superstruc
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
 from core.record import Direction, Segment
+from core.rounding import plain
+from core.tables import Table, report
+from core.units import shown, unit
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 """Instant from which effects count time unless another is given."""
@@ -64,6 +67,22 @@ class Earthquakes:
     """Faults of sensors and masses for which the records of these earthquakes, or their forces, were corrected."""
     share_change: float = 0.0
     """Relative change of the floors' share of the mass, by which the forces of the observations were corrected."""
+
+    def __str__(self) -> str:
+        rows = tuple(
+            (
+                self.label(one.name, one.direction),
+                f"{one.start:%Y-%m-%d %H:%M}",
+                f"{plain(shown(peak(one), 'm'), 3)} {unit('m')}",
+                f"{plain(shown(float(np.abs(one.layer.force).max()), 'N'), 3)} {unit('N')}",
+                "held out" if one.name in self.held_out else "fitted",
+            )
+            for one in self.observations
+        )
+        headings = ("earthquake", "start, UTC", "displacement", "force", "use")
+        table = Table("Largest values of the isolation layer", headings, rows, texts=("start, UTC", "use"))
+        count = len({one.name for one in self.observations})
+        return report(f"{count} earthquake{'' if count == 1 else 's'}", table, self.unused)
 
     @classmethod
     def of(cls, seen: "Sequence[Observation] | Earthquakes", hold_out: Collection[str] = ()) -> "Earthquakes":

@@ -14,7 +14,7 @@ from core.comparison.compared import ForceComparison, compare_forces
 from core.comparison.prediction import predicted_displacement
 from core.diagnosis.worth import EARNS_HELD_OUT, TESTED, excess
 from core.effect import Effect
-from core.effects import EFFECTS, add_effect, only
+from core.effects import EFFECTS, add_effect, also, only
 from core.errors import ModelError, RecordError
 from core.fitting.fit import Fit, WeightedFit, weighted_fit
 from core.fitting.noise import force_noise, noise_rms
@@ -58,7 +58,6 @@ class Proposal:
     formula: str
     source: str
     """Text of the effect's file."""
-    effect: Effect
     model: Isolator
     """The model with the effect, its values rounded to six digits."""
     fit: Fit
@@ -66,6 +65,11 @@ class Proposal:
     """Ratio of the variances to those that the measurement's noise alone would cause."""
     forces: tuple[Vector, ...]
     """(n,) N, the law's in each earthquake and direction, in the order of the comparisons."""
+
+    @property
+    def effect(self) -> Effect:
+        """The effect of the file; made from its text, because a function of no module cannot be pickled."""
+        return effect_of(self.name, self.source)
 
     @property
     def std(self) -> Deviations:
@@ -124,7 +128,10 @@ class SketchResult:
         return tuple(_sentences(self))
 
     def __str__(self) -> str:
-        values = [] if self.proposal is None else [values_table(self.proposal.model, self.proposal.std)]
+        values: list[Table] = []
+        if one := self.proposal:
+            with also({one.name: one.effect}):  # another process may not know it
+                values = [values_table(one.model, one.std)]
         tables = (missing_table(self), dependence_table(self), *values)
         title = f"Sketch of what {', '.join(self.given.effects)} lacks, from {counted(self.earthquakes)}"
         return report(title, self.text, *tables, *version_tables(self.versions, self.earthquakes))
@@ -219,7 +226,7 @@ def _tried(name: str, law: Sketched, scales: Scales, base: WeightedFit, seen: Ea
         without = Isolator({**model.effects, name: {**model.effects[name], **effect.absent}})
         rest = compare_forces(without, seen.observations, seen.band)
         forces = tuple(one.model - other.model for one, other in zip(errors.forces, rest, strict=True))
-    proposal = Proposal(name, law, written, formula(written), source, effect, model, fit.fit, fit.inflation, forces)
+    proposal = Proposal(name, law, written, formula(written), source, model, fit.fit, fit.inflation, forces)
     return proposal, Version(f"with {name}", errors)
 
 

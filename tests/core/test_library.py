@@ -69,6 +69,9 @@ def results() -> dict[str, Any]:
     fit = core.fit(model, [quake])
     comparison = core.compare(fit.model, [quake])
     result = core.diagnose(fit.model, [quake], effects=EFFECTS_TRIED)
+    described = paper()
+    analysed = [core.analyse(segments(sensors(seed)), described) for seed in (1, 2)]
+    series = core.drift_series(analysed)
     return {
         "force": force,
         "motion": motion,
@@ -82,7 +85,14 @@ def results() -> dict[str, Any]:
         "improvement": core.improve(fit.model, [quake], effects=("hardening",)),
         "forecast": core.forecast(fit.model, [quake], core.GroundMotion.of("stronger", RATE, x=1.5 * one["ground"])),
         "better fit": core.fit(result.model, [quake]),
-        "analysis": core.analyse(segments(sensors(1)), paper()),
+        "analysis": analysed[0],
+        "earthquakes": core.Earthquakes.of([quake]),
+        "response": core.simulate(BUILDING, ISOLATOR, one["ground"], RATE),
+        "first model": core.first_model(described),
+        "series": series["stiffness", "x"],
+        "residuals": series["residual_displacement", "x"],
+        "monitoring": core.monitor(series["stiffness", "x"]),
+        "sketch": core.sketch(fit.model, [quake], name="lacking"),
     }
 
 
@@ -123,7 +133,7 @@ def test_a_fast_record_is_resampled_as_the_service_does_it() -> None:
 def test_every_result_prints_values_with_units(results: dict[str, Any]) -> None:
     for name, result in results.items():
         text = str(result)
-        assert re.search(r"\d ?(mm|kN|kN/mm|%)|kN/mm", text), name
+        assert re.search(r"\d ?(mm|kN|kN/mm|%)|kN/mm|\d more events", text), name
         assert not re.search(r"\bNone\b|\bnan\b|\binf\b|<core|array\(", text), (name, text)
         assert max(map(len, text.splitlines())) < 200, name
     assert re.search(
@@ -139,6 +149,16 @@ def test_every_result_is_pickled(results: dict[str, Any]) -> None:
         again = pickle.loads(pickle.dumps(result))
         assert type(again) is type(result), name
         assert str(again) == str(result), name
+
+
+def test_another_process_reads_a_sketch(results: dict[str, Any], tmp_path: Path) -> None:
+    """Its proposal is an effect that only the process of the sketch knows."""
+    assert results["sketch"].proposal is not None
+    file = tmp_path / "sketch.pickle"
+    file.write_bytes(pickle.dumps(results["sketch"]))
+    read = f"import pickle; print(pickle.load(open({str(file)!r}, 'rb')))"
+    done = subprocess.run([sys.executable, "-c", read], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{results['sketch']}\n"
 
 
 @settings(max_examples=50, deadline=None)
