@@ -14,11 +14,11 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
+from core.code_generation.compilation import bound, cached
 from core.diagnosis.worth import excess
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
 from core.fitting.observation import Observation
-from core.laws.compilation import bound, cached
 
 STRUCTURED = 0.05
 """Share of the residual's power predicted by a regression from which on the residual has structure. Chosen on even

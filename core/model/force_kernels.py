@@ -3,8 +3,8 @@
 from functools import lru_cache
 from typing import Any
 
+from core.code_generation.compilation import UNCOUNTED, bound, cached, inlined
 from core.effects import Laws
-from core.laws.compilation import UNCOUNTED, bound, cached, inlined
 from core.model.program import MOST_CACHED, force_digest, force_program, tangent_digest, tangent_program
 
 

@@ -88,7 +88,7 @@ def force_response(
     The states are integrated by the classical Runge-Kutta method; motion and conditions are cubic between samples, with
     the slopes of Catmull and Rom (1974). With linear interpolation at 100 Hz, a Bouc-Wen layer's force has an error of
     up to 4e-4 of its rms however short the steps; with cubic interpolation, 8e-5 with one step per sample and 2e-5 with
-    two. The derivatives are those of the computed values, step by step; see core.laws.autodiff.
+    two. The derivatives are those of the computed values, step by step; see core.code_generation.autodiff.
 
     Args:
         isolator: the model.

@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
+from core.code_generation.autodiff import change_of, tangent_source
+from core.code_generation.compilation import digest, inlined, jitted
 from core.effect import CHANNELS, CONDITIONS, KINDS, MOTION, RESULTS, SCALES, STEP, YIELDED, Effect
 from core.effects import Laws
-from core.laws.autodiff import change_of, tangent_source
-from core.laws.compilation import digest, inlined, jitted
 
 GIVEN = (*MOTION, *CONDITIONS, STEP)
 """Arguments of a program that describe the layer's motion and conditions."""

@@ -17,9 +17,9 @@ from scipy import linalg
 
 from core.arrays import Matrix, Vector
 from core.building import FixedBaseModes, ShearBuilding, fixed_base_modes
+from core.code_generation.compilation import bound, cached, inlined
 from core.effects import Laws
 from core.errors import ModelError, RecordError
-from core.laws.compilation import bound, cached, inlined
 from core.model.isolator import Conditions, Isolator, packed
 from core.model.program import MOST_CACHED, force_digest, force_program
 from core.rounding import plain

@@ -14,7 +14,7 @@ from service.cli.inputs import REFUSED, current_settings, end
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session, sessionmaker
 
-    from service.analyses.retention import Prunable
+    from service.retention.pruning import Prunable
     from service.settings import Settings
 
 app = typer.Typer(no_args_is_help=True)
@@ -184,17 +184,17 @@ def prune(
     Everything that a verdict, an alert, a baseline, a current model or an inspection refers to is kept. The service may
     run meanwhile.
     """
-    from service.analyses import retention
     from service.db import room
     from service.db.sessions import reading
+    from service.retention import pruning
 
     settings, now = current_settings(), datetime.now(UTC)
     with opened(context) as sessions:
         if dry_run:
             with reading(sessions)() as session:
-                found = retention.prunable(session, settings, now)
+                found = pruning.prunable(session, settings, now)
         else:
-            found = retention.prune(sessions, settings, now)
+            found = pruning.prune(sessions, settings, now)
         for one in found:
             typer.echo(_pruned(one, "would be deleted" if dry_run else "are deleted"))
         if not dry_run:

@@ -12,7 +12,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.building import damping_matrix, mass_matrix, stiffness_matrix
-from core.laws.compilation import bound, cached
+from core.code_generation.compilation import bound, cached
 from core.model.simulation import Response
 from core.paper import BUILDING, ISOLATOR
 from service.demo.site import RATE

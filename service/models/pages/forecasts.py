@@ -1,5 +1,6 @@
 """Page of a forecast, and the form that asks for one."""
 
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Annotated
 
@@ -7,6 +8,9 @@ from fastapi import APIRouter, Depends, Request, Response
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
+from core.forecasting.response import Peak
+from core.rounding import plain, with_std
+from core.workbench.forecasting import named, written
 from service.access.auth import Caller, engineer
 from service.access.pages import reader
 from service.buildings.store import described, zone
@@ -19,18 +23,45 @@ from service.jobs import requests as job_requests
 from service.jobs.tables import Job
 from service.models import answers, queries, requests, uploads
 from service.models.api.kept_effects import knowing
-from service.models.forecast_results import ForecastDocument
-from service.models.forecast_words import limit_row, peak_row
+from service.models.forecast_results import ForecastDocument, LimitOut, MarginOut, PeakOut
 from service.models.pages.models import shown_model
 from service.models.schema import ForecastForm
 from service.models.uploads import MotionFile
 from service.parsing.process import limits
+from service.verdict.checks import Check, Level, Outcome
+from service.verdict.texts import outcome, shown_unit
 
 router = APIRouter(include_in_schema=False)
 
 Reader = Annotated[Caller, Depends(knowing(reader))]
 By = Annotated[Caller, Depends(knowing(engineer))]
 Forecasting = Annotated[PostedFiles[ForecastForm], Depends(posted_with_files(ForecastForm, UPLOAD))]
+
+
+@dataclass(frozen=True, slots=True)
+class PeakRow:
+    """One peak."""
+
+    name: str
+    level: str
+    direction: str
+    value: str
+    interval: str
+
+
+@dataclass(frozen=True, slots=True)
+class LimitRow:
+    """One check."""
+
+    title: str
+    value: str
+    margins: tuple[tuple[str, str, str], ...]
+    """Level, limit and share of each limit."""
+    outcome: str
+    """In the language of the page."""
+    reason: str
+    """Why it is undecided; empty otherwise."""
+    remedy: str
 
 
 @router.get("/forecasts/{job_id}")
@@ -80,3 +111,43 @@ def forecast(request: Request, model_id: ModelId, sessions: Writing, by: By, sen
         return RedirectResponse(f"/jobs/{number}", 303)
 
     return answered("forecast", sent.form, act, lambda why: shown_model(request, model_id, sessions, by, refused=why))
+
+
+def peak_row(one: PeakOut) -> PeakRow:
+    """A peak as a row."""
+    peak = Peak(
+        quantity=one.quantity,  # type: ignore[arg-type]  # written by this program
+        level=one.level,
+        direction=one.direction,
+        value=one.value or 0.0,
+        low=one.low or 0.0,
+        high=one.high or 0.0,
+        by_values=one.by_values or 0.0,
+        by_model=one.by_model or 0.0,
+    )
+    value, _, ends = written(peak).partition(" (95 %: ")
+    interval = ends.rstrip(")").replace(" to ", " – ")
+    return PeakRow(named(peak), one.level, one.direction, value, interval)
+
+
+def limit_row(one: LimitOut) -> LimitRow:
+    """A check as a row."""
+    check = Check(name=one.check, outcome=Outcome(one.outcome), level=Level(one.leads_to), unit=one.unit)
+    unit, factor = shown_unit(check)
+    value = "" if one.value is None else with_std(factor * one.value, _scaled(one.uncertainty, factor), unit)
+    margins = tuple(
+        (margin.level, f"{plain(factor * (margin.limit or 0.0))} {unit}".rstrip(), _share(margin))
+        for margin in one.margins
+    )
+    return LimitRow(one.title, value, margins, outcome(check), one.reason, one.remedy)
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else factor * value
+
+
+def _share(margin: MarginOut) -> str:
+    if margin.share is None:
+        return ""
+    share = f"{100 * margin.share:.0f} %"
+    return share if margin.share_high is None else f"{share} ({100 * margin.share_high:.0f} %)"

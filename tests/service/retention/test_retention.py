@@ -11,12 +11,13 @@ from processes import run
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
-from service.analyses import queries, retention
+from service.analyses import queries
 from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult
 from service.db.blobs import decode_history, encode_history
 from service.errors import NotFoundError
 from service.models.tables import ModelComparison, ModelVersion
 from service.records.tables import Event
+from service.retention import pruning
 from service.settings import Settings
 
 NOW = stored_histories.start(40)
@@ -35,15 +36,15 @@ def analysed_twice(sessions: sessionmaker[Session]) -> None:
     stored_histories.store_and_monitor(sessions, building, found[:1], NOW + DAY)
 
 
-def of(kind: str, found: Sequence[retention.Prunable]) -> retention.Prunable:
+def of(kind: str, found: Sequence[pruning.Prunable]) -> pruning.Prunable:
     """What is said of one kind."""
     (one,) = (one for one in found if one.kind.startswith(kind))
     return one
 
 
-def pruned(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> retention.Prunable:
+def pruned(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> pruning.Prunable:
     """Histories that a call deletes."""
-    return of("histories", retention.prune(sessions, settings, now))
+    return of("histories", pruning.prune(sessions, settings, now))
 
 
 def forces(sessions: sessionmaker[Session]) -> dict[bool, list[int]]:
@@ -60,7 +61,7 @@ def forces(sessions: sessionmaker[Session]) -> dict[bool, list[int]]:
 def test_only_histories_of_superseded_analyses_go(sessions: sessionmaker[Session]) -> None:
     with sessions() as session:
         cycles = session.query(CycleResult).count()
-        first = of("histories", retention.prunable(session, PRUNES, NOW + 2 * DAY))
+        first = of("histories", pruning.prunable(session, PRUNES, NOW + 2 * DAY))
     assert pruned(sessions, KEEPS, NOW + 2 * DAY).rows == 0
     assert pruned(sessions, PRUNES, NOW).rows == 0  # it is not old enough
     assert first.rows == 1
@@ -99,8 +100,8 @@ def test_superseded_analyses_go_with_all_their_rows(sessions: sessionmaker[Sessi
         cycles = session.query(CycleResult).count()
         own = sum(len(one.cycles) for one in superseded.directions)
         assert own > 0
-    assert of("superseded", retention.prune(sessions, WHOLE, NOW + 0.5 * DAY)).rows == 0
-    gone = of("superseded", retention.prune(sessions, WHOLE, NOW + 2.5 * DAY))
+    assert of("superseded", pruning.prune(sessions, WHOLE, NOW + 0.5 * DAY)).rows == 0
+    gone = of("superseded", pruning.prune(sessions, WHOLE, NOW + 2.5 * DAY))
     assert gone.rows == 1
     assert gone.size > 0
     with sessions() as session:
@@ -125,8 +126,8 @@ def test_histories_that_a_comparison_refers_to_stay(sessions: sessionmaker[Sessi
         session.add(ModelComparison(model=model, misfit={}, force=b"", **of_event, **made))
     assert pruned(sessions, PRUNES, NOW + 2 * DAY).rows == 0
     with sessions() as session:
-        kept = of("histories", retention.prunable(session, PRUNES, NOW + 2 * DAY)).kept
-        of_analyses = of("superseded", retention.prunable(session, WHOLE, NOW + 2 * DAY))
+        kept = of("histories", pruning.prunable(session, PRUNES, NOW + 2 * DAY)).kept
+        of_analyses = of("superseded", pruning.prunable(session, WHOLE, NOW + 2 * DAY))
     assert kept == of_analyses.kept == {"a comparison of a model refers to it": 1}
     assert of_analyses.rows == 0
     assert forces(sessions) == {False: [4], True: [4, 4]}

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from core.code_generation.compilation import bound, cached, digest
 from core.effects import EFFECTS
-from core.laws.compilation import bound, cached, digest
 
 MODULE = """
 factor = None
@@ -23,7 +23,7 @@ def scaled(x):
 FACTOR = 2.0
 """
 SCRIPT = """
-from core.laws.compilation import bound, jitted, cached
+from core.code_generation.compilation import bound, jitted, cached
 import kernels
 
 @jitted

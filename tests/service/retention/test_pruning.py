@@ -13,7 +13,6 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.tables import AuditEntry
 from service.alerts.tables import Alert, BuildingInspection
-from service.analyses import retention
 from service.analyses.tables import Analysis
 from service.drift.tables import DriftValue, MonitoredSeries
 from service.errors import NotFoundError
@@ -24,6 +23,7 @@ from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.records import originals
 from service.records.originals import DeletedFileError
 from service.records.tables import Content, Event, EventRecording, Packet, Recording
+from service.retention import pruning
 from service.settings import Settings
 from service.settings.groups import Storage
 
@@ -73,7 +73,7 @@ def there(sessions: sessionmaker[Session]) -> set[bytes]:
 
 def kept(sessions: sessionmaker[Session], kind: str, settings: Settings) -> Mapping[str, int]:
     with sessions() as session:
-        (found,) = (one for one in retention.prunable(session, settings, LATER) if one.kind.startswith(kind))
+        (found,) = (one for one in pruning.prunable(session, settings, LATER) if one.kind.startswith(kind))
         return found.kept
 
 
@@ -134,9 +134,9 @@ def test_original_files_go_unless_something_refers_to_their_earthquake(
     said = kept(sessions, "original", FILES)
     assert said[reason] == 1
     assert said["a verdict refers to its earthquake"] == 1
-    retention.prune(sessions, Settings(), LATER)
+    pruning.prune(sessions, Settings(), LATER)
     assert len(there(sessions)) == EVENTS + 5
-    retention.prune(sessions, FILES, LATER)
+    pruning.prune(sessions, FILES, LATER)
     assert there(sessions) == {*map(data, referred), b"station", b"not read", b"failed", b"young"}
 
 
@@ -148,7 +148,7 @@ def test_a_result_says_when_and_by_which_rule_its_file_was_deleted(
         session.query(DriftValue).delete()
         analysis = session.scalars(select(Analysis).where(Analysis.event_id == events[0])).one()
         analysis.inputs = [digest]
-    retention.prune(sessions, FILES, LATER)
+    pruning.prune(sessions, FILES, LATER)
     said = f"deleted on {LATER:%Y-%m-%d} by retention.original_files"
     with sessions() as session, pytest.raises(DeletedFileError, match=said):
         originals.read(session, digest, Storage())
@@ -163,7 +163,7 @@ def test_a_result_says_when_and_by_which_rule_its_file_was_deleted(
 def test_a_deleted_file_that_comes_again_is_there_again(sessions: sessionmaker[Session], events: list[int]) -> None:
     with sessions.begin() as session:
         session.query(DriftValue).delete()
-    retention.prune(sessions, FILES, LATER)
+    pruning.prune(sessions, FILES, LATER)
     assert data(events[0]) not in there(sessions)
     with sessions.begin() as session:
         originals.add(session, originals.secured(data(events[0]), Storage()))
@@ -178,7 +178,7 @@ def test_files_in_a_store_are_deleted_there_too(
     with sessions.begin() as session:
         session.query(DriftValue).delete()
     settings = Settings(retention={"original_files": MONTH}, storage=storage)
-    retention.prune(sessions, settings, LATER)
+    pruning.prune(sessions, settings, LATER)
     assert [one.name for one in tmp_path.glob("*/*")] == [sha256(data(events[-1])).hexdigest()]
     with sessions() as session:
         assert session.scalar(select(func.count()).where(Content.is_outside)) == 1
@@ -198,7 +198,7 @@ def test_jobs_go_that_nothing_is_from(sessions: sessionmaker[Session], events: l
         numbers = {one.id for one in (last, waits)}
         needed = {*session.scalars(select(Analysis.job_id)), *session.scalars(select(MonitoredSeries.job_id))}
         session.flush()
-    retention.prune(sessions, settings, LATER)
+    pruning.prune(sessions, settings, LATER)
     with sessions() as session:
         left = set(session.scalars(select(Job.id)))
         with pytest.raises(NotFoundError, match=r"retention\.jobs is set"):
@@ -235,7 +235,7 @@ def test_messages_go_that_later_ones_followed(sessions: sessionmaker[Session], e
                 attempt = {"number": 1, "is_repeat": False, "address": "desk", "begun_at": NOW}
                 session.add(DeliveryAttempt(delivery=delivery, **attempt))
         names = {"event/1-2", "event/2-1", "event/2-2", f"alert/{alert.id}-1", f"alert/{alert.id}-2"}
-    retention.prune(sessions, settings, LATER)
+    pruning.prune(sessions, settings, LATER)
     with sessions() as session:
         assert set(session.scalars(select(Message.identity))) == names
         assert session.scalar(select(func.count()).select_from(DeliveryAttempt)) == len(names)
@@ -253,7 +253,7 @@ def test_packets_and_entries_go_by_their_age(sessions: sessionmaker[Session], ev
         for name, at in (("old", NOW), ("young", LATER)):
             add(session, at, name)
             session.flush()
-    retention.prune(sessions, settings, LATER)
+    pruning.prune(sessions, settings, LATER)
     with sessions() as session:
         assert session.scalars(select(Packet.sha256)).all() == ["young"]
         assert session.scalars(select(AuditEntry.by)).all() == ["young"]

@@ -1,4 +1,4 @@
-"""Retention: what the settings allow to delete, kind by kind, what keeps the rest, and the deletion in small steps.
+"""What the settings allow to delete, kind by kind, what keeps the rest, and the deletion in small steps.
 
 Of a current analysis everything stays. Of one that a later one superseded the histories go, nine tenths of what it
 takes, or by a rule of its own all of it. Of an original file the row stays, with day and rule.
@@ -14,7 +14,6 @@ from sqlalchemy.orm import Session, aliased, sessionmaker
 
 from service.access.tables import AuditEntry
 from service.alerts.tables import Alert
-from service.analyses.references import referring
 from service.analyses.tables import (
     DELETED,
     Analysis,
@@ -32,6 +31,7 @@ from service.models.tables import ModelComparison, ModelDiagnosis, ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message
 from service.records import originals
 from service.records.tables import Content, Event, EventRecording, Packet, Recording
+from service.retention.references import referring
 from service.settings import Settings
 
 REQUIRED = ("force", "force_rigid", "force_modal", "force_std_history")

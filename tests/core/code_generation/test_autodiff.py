@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from core.code_generation.autodiff import tangent_source
 from core.effect import SCALES, YIELDED, Effect
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.laws.autodiff import tangent_source
 
 OFFSET = 0.25
 
