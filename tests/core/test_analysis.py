@@ -27,6 +27,7 @@ def fit(truth: np.ndarray, estimate: np.ndarray) -> float:
     return float(100 * (1 - np.linalg.norm(truth - estimate) / np.linalg.norm(truth - truth.mean())))
 
 
+@pytest.mark.accuracy
 @needs_shared
 @pytest.mark.parametrize(
     ("sensors", "published"),

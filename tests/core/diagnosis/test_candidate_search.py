@@ -62,6 +62,7 @@ def test_a_search_that_cannot_come_below_what_is_asked_for_is_stopped() -> None:
     assert limited["friction"].chi_square > whole["friction"].chi_square
 
 
+@pytest.mark.accuracy
 def test_the_slip_is_found_where_the_misfit_has_several_minima() -> None:
     """As a building moves, a slip is over within a few samples. 3 %: the noise; the minimum next to it is 8 % off."""
     made = trial("breakaway", 10)

@@ -1,6 +1,7 @@
 """Two effects are searched together: what neither the first one nor steps from it find."""
 
 import numpy as np
+import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.joint_effects import best_pair
@@ -14,6 +15,7 @@ HIDDEN = {"maxwell": {"K": 3e8, "tau": 0.05}, "moat": {"gap": 0.05, "gap_back": 
 TRUTH = Isolator({**BOUC_WEN.effects, **HIDDEN})
 
 
+@pytest.mark.accuracy
 def test_a_pair_is_found_from_the_effects_that_come_near_alone() -> None:
     """A stand-in of two effects, dry friction and hardening, explains less than the two that are there."""
     data = FitData.by_noise(observations(TRUTH, 0.01, 4))
@@ -43,6 +45,7 @@ def test_a_pair_is_named_where_a_single_effect_takes_part_of_both() -> None:
     assert diagnosis.unexplained.noise_ratio < 1.1
 
 
+@pytest.mark.accuracy
 def test_the_values_of_a_pair_are_those_of_its_joint_fit() -> None:
     """A length at which friction changes abruptly among them, to a third."""
     truth = Isolator(

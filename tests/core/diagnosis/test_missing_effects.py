@@ -59,6 +59,7 @@ def test_other_values_of_the_same_effects_are_a_refit() -> None:
     assert diagnosis.outcome is Outcome.REFIT
 
 
+@pytest.mark.accuracy
 def test_two_hidden_effects_are_both_named() -> None:
     """And who waits hears of the first while the second is looked for."""
     hidden = {name: HIDDEN[name] for name in ("friction", "hardening")}
@@ -108,6 +109,7 @@ def test_a_length_that_the_records_do_not_show_stays_as_it_is() -> None:
     assert diagnosis.after.model.effects["recent_softening"]["u_r"] == 4e-3
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(
     ("effect", "values", "form"),
     [
@@ -132,6 +134,7 @@ def test_a_law_in_another_form_is_named_alone_and_its_form_found(
     assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.accuracy
 def test_one_law_of_another_form_is_not_two_of_a_family() -> None:
     """Friction that grows smoothly with the speed: a damper with relief takes nearly all, another one the rest."""
     seen = tuple(
@@ -170,6 +173,7 @@ def test_a_law_at_the_end_of_its_range_is_not_named_alone(others: tuple[str, ...
     assert diagnosis.outcome is Outcome.ONE_OF_SET
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(("strength", "give", "seed"), [(3e6, 0.02, 7), (1.5e6, 0.002, 12)])
 def test_sharp_yield_is_named_and_no_stand_in_beside_it(strength: float, give: float, seed: int) -> None:
     """An elastic-plastic element that yields later than the damper, or earlier: each has a minimum of its own.
@@ -202,6 +206,7 @@ def sharp_sliding(one: Observation, share: float, a: float, give: float) -> Vect
     return np.interp(time, fine, force)
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(("share", "a", "give"), [(0.0, 50.0, 1e-4), (0.0, 50.0, 5e-4), (0.6, 50.0, 5e-4)])
 def test_sliding_that_sticks_sharply_is_friction(share: float, a: float, give: float) -> None:
     """Constant, or growing with the speed. The fit without it had drawn the damper to its slip; a second hysteresis of
@@ -247,6 +252,7 @@ def test_an_effect_whose_values_lie_in_a_local_minimum_is_fitted_again() -> None
     assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(
     ("k3", "named"),
     [(3e9, ["friction"]), (5e9, ["friction", "hardening"]), (1.1e10, ["hardening", "friction"])],
@@ -271,6 +277,7 @@ def test_noise_that_is_louder_than_was_seen_is_no_effect(louder: float, outcome:
     assert diagnosis.outcome is outcome
 
 
+@pytest.mark.accuracy
 def test_what_no_effect_can_do_is_flagged() -> None:
     """A force that waves with displacement, as no isolator's does."""
     seen = []
@@ -291,6 +298,7 @@ def strange(truth: Isolator, size: float) -> tuple[Observation, ...]:
     return tuple(replace(one, layer=replace(one.layer, force=one.layer.force + waving(one))) for one in seen)
 
 
+@pytest.mark.accuracy
 def test_an_effect_that_takes_a_little_of_a_large_error_has_no_name_however_certain_it_is() -> None:
     """Hardening is there, and takes less than half of the excess error."""
     truth = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 6e10, "k5": 0.0}})
@@ -320,6 +328,7 @@ def test_an_effect_that_another_earthquake_does_not_show_has_no_name() -> None:
     assert worth.held_out < 0
 
 
+@pytest.mark.accuracy
 def test_an_effect_that_leaves_many_times_the_noise_gives_its_family_at_most() -> None:
     diagnosis = diagnosed(
         strange(Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e11, "k5": 0.0}}), 8e5), BOUC_WEN, OFFERED[:4]

@@ -129,7 +129,7 @@ def learn(model: Isolator, seen: tuple[Observation, ...]) -> Experience:
     return experience(model, forces, (), seen, {"x": MODES}, paper())
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_the_values_intervals_cover_the_truth() -> None:
     """Models fitted to noisy records of one layer, and the response of the true one to another earthquake.
 

@@ -29,6 +29,7 @@ def hidden(force: float, length: float, seed: int) -> tuple[Observation, ...]:
     return tuple(found)
 
 
+@pytest.mark.accuracy
 def test_a_wave_over_the_displacement_is_sketched_by_its_own_formula() -> None:
     """The length to 2 % and the force to 5 %: the noise is 3 % of the whole force, and the wave is a tenth of it."""
     result = sketch(BOUC_WEN, hidden(3e6, 0.02, seed=5), name="wave_of_a_test")

@@ -55,6 +55,7 @@ def test_without_its_base_nothing_can_be_used_and_after_the_correction_everythin
     assert np.std(force - true) < 1e-6 * np.std(true)
 
 
+@pytest.mark.accuracy
 def test_axes_are_turned_back_also_where_an_earthquake_does_not_show_that_they_are_turned() -> None:
     """In the noise of the last one, the floors do not determine the angle."""
     sensor, degrees = "XX.PAPER.01.HN", 33.0
