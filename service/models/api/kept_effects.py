@@ -122,8 +122,8 @@ def check_may_delete(by: Caller) -> None:
     """
     if by.buildings is not None:
         raise ForbiddenError(
-            f"{by.name!r} is an engineer of some buildings only. Models of any building may have the effect, so only an "
-            "engineer of all buildings can delete it."
+            f"{by.name!r} is an engineer of some buildings only. Models of any building may have the effect, so only "
+            "an engineer of all buildings can delete it."
         )
 
 

@@ -220,7 +220,7 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     write_messages(session, of.id, AGE, day(1) + SOON)
     alarm = messages(session)[-1]
     assert (alarm.key, alarm.kind, alarm.severity) == (f"event/{strong.id}", "alert", "alarm")
-    assert " ".join(alarm.sentences).count("Have the isolators inspected") == 1
+    assert " ".join(alarm.sentences).count("Have the building inspected") == 1
     assert "The alert stays until an inspection is recorded on its page." in alarm.sentences[1]
     assert alarm.link == f"/alerts/{session.query(Alert).one().id}"
     after = earthquake(session, of, day(2))
