@@ -36,7 +36,7 @@ class AlertRow(Answer):
     kind: str = Field(description="`deterioration`, `limit`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
         description="`pending` (under review), `on_hold` (another alert may explain it), `active`, `acknowledged`, "
-        "`resolved` or `withdrawn` (it was never the case)."
+        "`resolved` or `withdrawn` (it was wrong)."
     )
     summary: str = Field(description="One line for readers who are not engineers.")
     began_at: datetime = Field(description="Its most likely beginning: the start of that event.")
@@ -118,7 +118,7 @@ class InspectionOut(Answer):
     id: int = Field(description="Its number.")
     at: datetime = Field(description="Time when it was recorded.")
     by: str = Field(description="Person who recorded it.")
-    outcome: str = Field(description="`confirmed`, or `unfounded`: it was never the case.")
+    outcome: str = Field(description="`confirmed`, or `unfounded`: the alert was wrong.")
     note: str = Field(description="Findings and work done.")
     reference_from: datetime | None = Field(
         description="Start of the new reference period; null if the reference period stays."
@@ -225,7 +225,7 @@ class Inspected(RequestBody):
     """Result of an inspection."""
 
     outcome: Literal["confirmed", "unfounded"] = Field(
-        description="`confirmed`, or `unfounded`: it was never the case.", examples=["confirmed"]
+        description="`confirmed`, or `unfounded`: the alert was wrong.", examples=["confirmed"]
     )
     note: Note = Field(description="Findings and work done.", examples=["Bearings 3 and 4 were replaced."])
     name: PersonName | None = Field(

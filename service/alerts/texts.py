@@ -43,7 +43,7 @@ STATE_MEANINGS: Mapping[str, str] = {
     "active": "there is enough evidence, and messages are sent",
     "acknowledged": "a person is looking after it",
     "resolved": "settled by an inspection, or no longer the case",
-    "withdrawn": "it was never the case, as better data or a review showed",
+    "withdrawn": "the alert was wrong, as better data or a review showed",
 }
 
 
@@ -134,8 +134,10 @@ def and_more(count: int) -> str:
 
 # --- changes of an alert's state --------------------------------------------------------------------------------------
 
-INSPECTION_IN_THE_FUTURE = "An inspection at {at:%Y-%m-%d %H:%M} UTC lies in the future; record it when it was made."
-NO_SUCH_TIME = "{typed!r} is no date and time, such as 2024-05-01T14:30"
+INSPECTION_IN_THE_FUTURE = (
+    "The time of the inspection, {at:%Y-%m-%d %H:%M} UTC, is in the future; give the time at which it was made."
+)
+NO_SUCH_TIME = "{typed!r} is not a date and time, such as 2024-05-01T14:30"
 BESIDES_EARLIER_CHANGE = "{summary}, besides an earlier change in {subject}"
 NO_LONGER = "It is no longer the case."
 EVIDENCE_GONE = "Later results no longer support it."
@@ -147,7 +149,7 @@ NOT_ACTIVE = "Alert {id} is {state}: {meaning}; only an active alert can be ackn
 HAS_ENDED = "Alert {id} has been {state} since {closed_at:%Y-%m-%d %H:%M} UTC."
 UNKNOWN_REFERENCE = "choose one of these reference periods"
 HOURS_OF_SILENCE = "give a whole number of hours from 1 to {most}"
-SILENCE_IN_THE_PAST = "The silence would end at {until:%Y-%m-%d %H:%M} UTC, which is in the past; give a later time."
+SILENCE_IN_THE_PAST = "The muting would end at {until:%Y-%m-%d %H:%M} UTC, which is in the past; give a later time."
 REFERENCE_REASON = "Inspection of alert {id}: {note}"
 
 REFERENCE_STAYS = "The reference period stays. The same change raises no new alert unless it gets worse."
@@ -196,12 +198,12 @@ RECORDED_AT_LEAST = (
     "{direction}; how far they moved in plan is not known."
 )
 ALERT_ON_HOLD = (
-    "Possibly: {summary}. But a sensor behind this result measures wrongly, which may be the whole explanation. "
-    "A message follows as soon as that is settled."
+    "Possible change: {summary}. However, a sensor used for this result is faulty, which may fully explain it. "
+    "Another message follows when this is resolved."
 )
 ALERT_MUTED = "One alert ({cause}) is muted until {until}: {reason}."
 ALERT_MOVED = "Later results link this to another earthquake, with which it is now reported: {summary}."
-ALERT_WITHDRAWN = "Cancelled, because it was never the case: {summary}. {end}"
+ALERT_WITHDRAWN = "Cancelled, because the alert was wrong: {summary}. {end}"
 ALERT_RESOLVED = "Resolved: {summary}. {end}"
 ALSO_OPEN = "Also open at the building: {causes}."
 
@@ -228,7 +230,7 @@ REMINDER_OPENING = "This is a reminder. The following was reported about {name},
 REMINDER_ALERT = "{summary}. It has been active since {since}."
 REMINDER_HOW = (
     "To acknowledge an alert, open its page and note what you are doing about it; or end it there by recording an "
-    "inspection. If you may not do so, ask an engineer of the service."
+    "inspection. If you do not have the rights to do so, ask someone with the role engineer."
 )
 REMINDER_AGAIN = "Until then you are reminded every {interval}, unless the alert is muted."
 

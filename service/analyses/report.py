@@ -22,8 +22,8 @@ from service.reports.terminal import folding_table
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
 DEVIATIONS = (
-    "± is one standard deviation. An error of the building's total mass scales the force, stiffness and damping of the "
-    "isolators; no deviation includes it."
+    "± is one standard deviation. An error in the building's total mass scales the force, stiffness and damping of the "
+    "isolators; the standard deviations do not include it."
 )
 SHOWN = 12
 """Cycles in a summary: the largest."""

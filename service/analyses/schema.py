@@ -276,7 +276,7 @@ class FileResults(Results, FileHead):
 def known_estimator(name: str) -> str:
     """The name of an existing estimator."""
     if name not in ESTIMATORS:
-        raise ValueError(f"there is no estimator {name!r}; there is {', '.join(sorted(ESTIMATORS))}")
+        raise ValueError(f"there is no estimator {name!r}; there are {', '.join(sorted(ESTIMATORS))}")
     return name
 
 

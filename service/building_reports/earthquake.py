@@ -244,7 +244,8 @@ def _alerts(verdict: Assessment) -> tuple[str, ...]:
         shown(f"Alert {one.id}, {verdict_texts.STATE_NAMES.get(one.state, one.state)}: {one.summary}", 200)
         for one in verdict.alerts
     ]
-    return listed(lines, MOST_ALERTS) or (said("No alert is open; that alone is no verdict."),)
+    none = "No alert is open. This alone does not mean that the building is normal."
+    return listed(lines, MOST_ALERTS) or (said(none),)
 
 
 def _inspections(session: Session, event: Event, zone: ZoneInfo) -> tuple[str, ...]:

@@ -43,8 +43,8 @@ PLACES: Mapping[str, tuple[str, str]] = {
 WITHOUT_PLACES: Mapping[Level, str] = {
     Level.NO_DATA: "Not known: there is no usable record. Inspect the isolators if the shaking was strong.",
     Level.UNDECIDED: "Not known: an undecided check may hide a limit that is exceeded. Settle the checks, or inspect.",
-    Level.WATCH: "No limit of inspection is known to be exceeded.",
-    Level.NORMAL: "No limit of inspection is exceeded.",
+    Level.WATCH: "No inspection limit is known to be exceeded.",
+    Level.NORMAL: "No inspection limit is exceeded.",
 }
 PLAN = "The inspection plan of the building's designer takes precedence."
 NO_CONTACT = "The building file names no contact."

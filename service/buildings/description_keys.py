@@ -65,7 +65,7 @@ class LevelTable(Table):
         default="floor",
         description="ground (below the isolators, first), base (the slab just above them, second) or floor",
     )
-    mass: Positive | None = Field(default=None, description="kg; wanted for every level but the ground")
+    mass: Positive | None = Field(default=None, description="kg; required for every level except the ground")
     stiffness: Positive | None = Field(default=None, description="N/m, design value of the storey below this floor")
     mass_uncertainty: Annotated[float, Field(ge=0, lt=1)] = Field(
         default=0.0,
@@ -204,7 +204,7 @@ class ChannelTable(Table):
     )
     level: Text = Field(description="name of the level that the sensor sits on")
     direction: Direction | None = Field(
-        default=None, description="x or y (horizontal) or z (up); wanted for all but a temperature"
+        default=None, description="x or y (horizontal) or z (up); required except for a temperature"
     )
     quantity: Quantity = Field(
         description="acceleration (absolute), velocity, displacement (relative to the ground) or temperature"
@@ -294,5 +294,5 @@ class BuildingTable(Table):
     channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
     receiver: list[ReceiverTable] = Field(default=[], description="recipients of messages; see messages.md")
     contact: list[ContactTable] = Field(
-        default=[], description="people to call, the first one first; every page of the building shows them"
+        default=[], description="people to call, in this order; the first page and the building's page show them"
     )

@@ -137,7 +137,8 @@ def _settings(
     own = current_settings().analysis
     chosen = own.estimator if estimator is None else estimator
     if chosen not in ESTIMATORS:
-        raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
+        known = ", ".join(ESTIMATORS)
+        raise typer.BadParameter(f"no estimator {chosen!r}; there are {known}", param_hint="--estimator")
     levels = None if sensors is None else levels_by_name(sensors, description)
     if integral not in (None, *get_args(Integral)):
         raise typer.BadParameter(f"it is {' or '.join(get_args(Integral))}, not {integral!r}", param_hint="--integral")

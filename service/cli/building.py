@@ -156,7 +156,7 @@ def inspect(
 
     now = datetime.now(UTC)
     if result not in {one.value for one in Result}:
-        raise typer.BadParameter(f"{result!r} is no result; {', '.join(Result)} are", param_hint="--result")
+        raise typer.BadParameter(f"{result!r} is not a result; use one of {', '.join(Result)}", param_hint="--result")
     if not comment.strip():
         raise typer.BadParameter("say what was found", param_hint="--comment")
     try:

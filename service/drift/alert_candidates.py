@@ -66,7 +66,7 @@ def drift_candidates(
 
 
 def limit_candidates(session: Session, building_id: int) -> tuple[AlertCandidate, ...]:
-    """One candidate for all earthquakes since the last inspection that exceeded a limit of inspection or action."""
+    """One candidate for all earthquakes since the last inspection that exceeded an inspection or action limit."""
     building = session.get_one(Building, building_id)
     file = building_store.described(session, building)
     over = list(_exceedances(session, building_id, file))
@@ -105,7 +105,7 @@ def limit_candidates(session: Session, building_id: int) -> tuple[AlertCandidate
 
 
 def _limit_summary(check: Check) -> str:
-    """One line about the gravest check: what is exceeded, or that only the limit of action is unclear."""
+    """One line about the gravest check: what is exceeded, or that only the action limit is unclear."""
     is_exceeded = check.outcome is Outcome.EXCEEDED and verdict_texts.level_of_limit(check) is check.level
     if not is_exceeded:
         return texts.LIMIT_UNCLEAR.format(check=verdict_texts.title(check), value=verdict_texts.value(check))
@@ -180,7 +180,7 @@ def _evidence(alarm: Alarm) -> dict[str, Any]:
 def _exceedances(
     session: Session, building_id: int, file: BuildingFile
 ) -> Iterator[tuple[Event, tuple[Check, ...], Measured | None]]:
-    """Each earthquake with the checks that exceeded a limit of inspection or action, the gravest first."""
+    """Each earthquake with the checks that exceeded an inspection or action limit, the gravest first."""
     layer = file.description.isolation
     limits = limits_of(layer, file.limits)
     far, left = first_to_inspect(layer, limits), level_limit(limits, RESIDUAL_OFFSET)

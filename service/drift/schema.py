@@ -16,7 +16,7 @@ SUBJECT = "A direction (`x`), both by their mean (`xy`), a mode of a direction (
 def monitored_quantity(name: str) -> str:
     """The name of a monitored quantity."""
     if name not in QUANTITIES:
-        raise ValueError(f"there is no quantity {name!r}; there is {', '.join(sorted(QUANTITIES))}")
+        raise ValueError(f"there is no quantity {name!r}; there are {', '.join(sorted(QUANTITIES))}")
     return name
 
 

@@ -98,8 +98,8 @@ BEGAN_SLOWLY = "It is growing gradually; it began between the earthquakes of {sp
 ONE_SHOWS = "one earthquake shows"
 SEVERAL_SHOW = "{count} earthquakes show"
 
-LIMIT_SUMMARY = "{check}: {value}, beyond the limit of {kind}"
-LIMIT_UNCLEAR = "{check}: {value}, perhaps beyond the limit of action"
+LIMIT_SUMMARY = "{check}: {value}, beyond the {kind} limit"
+LIMIT_UNCLEAR = "{check}: {value}, perhaps beyond the action limit"
 LIMIT_KINDS: Mapping[Level, str] = {Level.ACT: "action", Level.INSPECT: "inspection"}
 LIMIT_EVENT = "This was in the earthquake of {when}. The alert stays until an inspection is recorded on its page."
 

@@ -197,7 +197,7 @@ def _wrong_effects(document: Mapping[str, Any]) -> Iterator[Problem]:
     """Effects that there are not, and values that they do not take."""
     for name, values in _tables(document, "effects"):
         if not isinstance(values, dict):
-            yield ("effects", name), f"a table of values is wanted, got {values!r}"
+            yield ("effects", name), f"expected a table of values, got {values!r}"
         elif name not in EFFECTS:
             yield ("effects", name), unknown(name, sorted(EFFECTS)).replace("key", "effect")
         else:
@@ -222,7 +222,7 @@ def _wrong_deviations(document: Mapping[str, Any]) -> Iterator[Problem]:
     for name, values in _tables(document, "standard_deviations"):
         known = effects.get(name)
         if not isinstance(known, dict) or not isinstance(values, dict):
-            yield ("standard_deviations", name), "a table of an effect of this model is wanted"
+            yield ("standard_deviations", name), "expected a table of an effect of this model"
             continue
         for key, value in values.items():
             path = ("standard_deviations", name, key)
@@ -235,7 +235,7 @@ def _wrong_deviations(document: Mapping[str, Any]) -> Iterator[Problem]:
 def _wrong_number(value: object, low: float, high: float) -> str | None:
     if isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high:
         return None
-    return f"a number within {low:g} ... {high:g} is wanted"
+    return f"expected a number within {low:g} ... {high:g}"
 
 
 def _tables(document: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:

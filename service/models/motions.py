@@ -187,7 +187,7 @@ def size(text: str, quantity: Quantity, usual: str) -> float:
     """
     matched = SIZE.fullmatch(text)
     if matched is None:
-        raise RecordError(f"{text!r} is no number with a unit, such as {_example(quantity)}")
+        raise RecordError(f"{text!r} is not a number with a unit, such as {_example(quantity)}")
     number, unit = matched.groups()
     try:
         gain = unit_gain(unit or usual)

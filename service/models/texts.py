@@ -91,8 +91,8 @@ FIGURES: Mapping[str, tuple[str, str]] = {
     ),
     "sketch_law": (
         "Measured against the law",
-        "What is measured beyond the rest of the model, over the force of the proposed law. A right law puts the "
-        "points about the dashed line, those of held-out earthquakes too.",
+        "What is measured beyond the rest of the model, over the force of the proposed law. If the law is right, the "
+        "points lie along the dashed line, including those of held-out earthquakes.",
     ),
     "histories": (
         "Measured and modelled",

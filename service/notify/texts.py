@@ -21,8 +21,8 @@ NOT_REAL_SEVERITIES = {"drill": "a drill", "test": "a test"}
 """In place of the severity, by kind of message."""
 RESENT = "repeat"
 MAY_BE_SECOND = (
-    "You may receive this for the second time: it was sent before, and it is not known whether it arrived. Both have "
-    "the message number below."
+    "You may already have received this message: it was sent before, but it is not known whether it arrived. Both "
+    "copies have the message number below."
 )
 LINK = "More: {link}"
 FOOTER = "{written}, message {identity}"
@@ -68,7 +68,7 @@ STATES = {
     "dropped": "dropped",
 }
 """States of deliveries as people read them."""
-OUTCOMES = {"delivered": "delivered", "not_taken": "not taken", "unknown": "unknown", None: "under way"}
+OUTCOMES = {"delivered": "delivered", "not_taken": "not accepted", "unknown": "unknown", None: "under way"}
 """Outcomes of attempts as people read them; None while one lasts."""
 KINDS = {"event": "event", "alert": "alert", "data": "data", "drill": "drill", "test": "test"}
 """Kinds of messages as people read them."""

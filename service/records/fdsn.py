@@ -251,7 +251,7 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
         count += sum(_count(piece.row, wanted) for piece in pieces)
         if count > most:
             raise TooMuchError(
-                f"{count} samples match, and {most} are returned at once; ask for fewer channels or less time"
+                f"{count} samples match, but at most {most} are returned at once; ask for fewer channels or less time"
             )
         parts.append((wanted, pieces))
     stream = Stream()

@@ -81,7 +81,7 @@ def codes(name: str, text: str) -> tuple[str, ...]:
     if text.count(",") >= MOST_CODES:
         raise TooMuchError(f"{name} lists more than {MOST_CODES} codes; use wildcards or several requests")
     if wrong := next((one for one in given if not CODE.fullmatch(one)), None):
-        raise QueryError(f"{name} {wrong[:20]!r} is no code: use up to 8 letters, digits, hyphens, ? and *")
+        raise QueryError(f"{name} {wrong[:20]!r} is not a code: use up to 8 letters, digits, hyphens, ? and *")
     return tuple("" if one == "--" else one for one in given)
 
 

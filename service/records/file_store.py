@@ -40,7 +40,10 @@ OF_SYSTEM: Mapping[int, tuple[str, str]] = {
     errno.EACCES: ("cannot be used by this account", "give it the right to read and write there"),
     errno.EPERM: ("cannot be used by this account", "give it the right to read and write there"),
 }
-REFUSED = ("refuses these keys, or what they may do", "correct storage.s3_access_key and storage.s3_secret_key")
+REFUSED = (
+    "rejects these keys, or they lack the required permissions",
+    "correct storage.s3_access_key and storage.s3_secret_key",
+)
 OF_STORE: Mapping[str, tuple[str, str]] = {
     "EndpointConnectionError": ("cannot be reached", "check storage.s3_endpoint, and that the server runs"),
     "ConnectTimeoutError": ("does not take connections", "check storage.s3_endpoint, and that the server runs"),
@@ -98,8 +101,8 @@ class FileStore:
                 ) from None
         if sha256(data).hexdigest() != digest:
             raise LostFileError(
-                f"the original file {digest} in {self.url} is damaged: it has other bytes than were stored; copy it "
-                "there from a backup, then run `menshin storage check`"
+                f"the original file {digest} in {self.url} is damaged: its bytes differ from those that were stored; "
+                "copy it there from a backup, then run `menshin storage check`"
             )
         return data
 

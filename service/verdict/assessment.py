@@ -54,7 +54,7 @@ REQUIRED = frozenset(
 HEALTH: Mapping[str, tuple[frozenset[str], str]] = {
     SENSORS: (
         frozenset({"gain", "noise", "channel"}),
-        "Mend the sensor or correct it in the building file, and analyse again.",
+        "Repair the sensor or correct it in the building file, and analyse again.",
     ),
     CLOCKS: (frozenset({"clock"}), "Set the clock and check its time signal; analyse again once its times are right."),
 }
@@ -139,7 +139,7 @@ class SignedInspection:
     def level_of(self, check: Check) -> Level:
         """Level that a check leads to beside the inspection.
 
-        An exceeded limit of inspection or action falls to `watch` by an inspection made after the earthquake that came
+        An exceeded inspection or action limit falls to `watch` by an inspection made after the earthquake that came
         to fit for normal use; one that cannot be decided, to `undecided`. What is graver than the inspector could know
         of does not fall.
         """
@@ -261,7 +261,7 @@ def _checks(facts: Facts) -> Iterator[Check]:
     yield checked(LARGEST, facts.displacement, _largest(facts.largest_earlier), unit="m")
     for direction, change in sorted((facts.stiffness or {"": NO_DIRECTION}).items()):
         yield checked(STIFFNESS_CHANGE, change, limits[STIFFNESS_CHANGE], subject=direction)
-    yield _free_of(DATA, facts.data_problems, "Mend the data problems and analyse again.")
+    yield _free_of(DATA, facts.data_problems, "Correct the data problems and analyse again.")
     yield _health(SENSORS, facts.sensor_problems, facts.alerts)
     yield _health(CLOCKS, facts.clock_problems, facts.alerts)
 

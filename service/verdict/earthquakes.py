@@ -27,7 +27,7 @@ from service.verdict.overview import StoredFacts
 from service.verdict.reading import event_facts
 
 WITHDRAWN = "withdrawn"
-"""State of an alert that was never the case."""
+"""State of an alert that was wrong."""
 Result = TypeVar("Result", DirectionResult, LayerResult, ShakingResult)
 
 

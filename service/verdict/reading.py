@@ -55,7 +55,7 @@ BEYOND = Lacking(
     remedy="More earthquakes of such amplitudes, or the engineer's judgement.",
 )
 EXCLUDED = Lacking(
-    reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
+    reason="A data problem keeps this earthquake out of the comparison.", remedy="Repair the sensor and analyse again."
 )
 AGE, COMPOUND = "age", "compound"
 """Entries that decide how far the rubber hardens."""

@@ -40,18 +40,17 @@ TITLES: Mapping[str, str] = {
     CLOCKS: "Health of the clocks",
 }
 MEANINGS: Mapping[Level, str] = {
-    Level.ACT: "A limit of action is exceeded. Follow the emergency plan and call the engineer.",
-    Level.INSPECT: "Have the isolators inspected before normal use.",
+    Level.ACT: "An action limit is exceeded. Follow the emergency plan and call the engineer.",
+    Level.INSPECT: "Have the building inspected before normal use.",
     Level.NO_DATA: "Menshin has no usable record.",
-    Level.UNDECIDED: "Menshin cannot decide whether the isolators are within their limits and unchanged.",
-    Level.WATCH: "Within the limits of inspection, but not as before. Show it to the engineer.",
-    Level.NORMAL: "This is not an inspection.",
+    Level.UNDECIDED: "Menshin cannot decide whether the building is within its limits and unchanged.",
+    Level.WATCH: "No inspection limit is exceeded, but something has changed. Inform the engineer.",
+    Level.NORMAL: "This does not replace an inspection.",
 }
 WATCHED: Mapping[tuple[bool, bool], str] = {
-    (True, True): "Within the limits of inspection, but a limit of watching is exceeded and an alert is open. Show it "
-    "to the engineer.",
-    (True, False): "Within the limits of inspection, but a limit of watching is exceeded. Show it to the engineer.",
-    (False, True): "Within the limits of inspection, but an alert is open. Show it to the engineer.",
+    (True, True): "No inspection limit is exceeded, but a watch limit is, and an alert is open. Inform the engineer.",
+    (True, False): "No inspection limit is exceeded, but a watch limit is. Inform the engineer.",
+    (False, True): "No inspection limit is exceeded, but an alert is open. Inform the engineer.",
     (False, False): MEANINGS[Level.WATCH],
 }
 """Meaning of the level `watch`, by whether a limit is exceeded and whether an alert is open."""
@@ -62,7 +61,8 @@ RESULTS: Mapping[str, str] = {
 }
 """Results of inspections as people read them."""
 INSPECTED_MEANINGS: Mapping[str, str] = {
-    "fit": "A limit was exceeded, and the building was inspected since: fit for normal use. Keep watching it.",
+    "fit": "A limit was exceeded. A later inspection declared the building fit for normal use. Keep it under "
+    "observation.",
     "restricted": "Use the building within the restrictions of the inspection.",
     "unfit": "Do not use the building: that is the result of its inspection. Follow the emergency plan.",
 }
@@ -218,7 +218,7 @@ def opening(verdict: Assessment) -> Iterator[str]:
     if verdict.provisional:
         yield f"Provisional: {verdict.provisional.rstrip('.')}."
     if verdict.unseen:
-        yield f"{verdict.unseen}. Only an inspection can tell what that did; record it on the page of the building."
+        yield f"{verdict.unseen}. Only an inspection can show the effect; record one on the building's page."
     if verdict.checks:
         yield f"{len(verdict.of_outcome(Outcome.PASSED))} of {len(verdict.checks)} checks passed."
 

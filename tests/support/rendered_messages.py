@@ -26,7 +26,7 @@ def rendered_message(**other: object) -> RenderedMessage:
         severity="normal",
         gravest="normal",
         subject="Earthquake of 1 March 2024, 14:02: normal: 8 of 8 checks passed",
-        sentences=("The isolators moved by 31 mm at most.", "Normal. This is not an inspection."),
+        sentences=("The isolators moved by 31 mm at most.", "Normal. This does not replace an inspection."),
         facts=(("Largest displacement", "31 mm"), ("Largest acceleration of the ground", "82 gal")),
         link="https://menshin.example.org/events/17",
         data={"peak_displacement": 0.031},

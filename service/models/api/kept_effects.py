@@ -107,7 +107,7 @@ def file(name: EffectName, sessions: Reading) -> Response:
 def delete(name: EffectName, sessions: Writing, by: By) -> None:
     """Delete a kept effect that no model has.
 
-    Models of all buildings may have it, so that an engineer of some buildings cannot delete it.
+    Models of any building may have it, so only an engineer of all buildings can delete it.
     """
     check_may_delete(by)
     with sessions.begin() as session:
@@ -122,8 +122,8 @@ def check_may_delete(by: Caller) -> None:
     """
     if by.buildings is not None:
         raise ForbiddenError(
-            f"{by.name!r} is an engineer of some buildings; models of every building may have the effect, so that an "
-            "engineer of all of them deletes it."
+            f"{by.name!r} is an engineer of some buildings only. Models of any building may have the effect, so only "
+            "an engineer of all buildings can delete it."
         )
 
 

@@ -216,8 +216,8 @@ def extend(
 ) -> JobOut:
     """Add an effect and fit everything anew: the model's next version, a draft, with its errors.
 
-    It is added whether the events ask for it or not. The job's `result` has the number of the version `made`, and of
-    the `fit` the errors before and after, on events fitted and held out, and in words whether it was asked for.
+    It is added whether the events support it or not. The job's `result` has the number of the version `made`, and of
+    the `fit` the errors before and after, on events fitted and held out, and in words whether they support it.
     """
     with sessions.begin() as session:
         return _queued(requests.extend(session, model_id, wanted, by.name, datetime.now(UTC)), response)
@@ -250,9 +250,9 @@ def improve(model_id: ModelId, sessions: Writing, response: Response, by: By, wa
     responses=making(202),
 )
 def diagnose(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
-    """Ask which physical effect the model lacks, or whether none is missing, or none that is known would do.
+    """Find which physical effect the model lacks, or that none is missing, or that no known effect explains it.
 
-    The job's `result` has the number of the `diagnosis`. Nothing is changed: to add an effect is another wish.
+    The job's `result` has the number of the `diagnosis`. Nothing is changed: adding an effect is a separate request.
     """
     with sessions.begin() as session:
         return _queued(requests.diagnose(session, model_id, wanted, by.name, datetime.now(UTC)), response)

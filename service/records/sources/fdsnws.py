@@ -213,7 +213,7 @@ class FdsnWebServices:
         parameters |= {"starttime": _written(wanted.start), "endtime": _written(wanted.end)}
         answer = self.client.get(f"{self.address}/fdsnws/dataselect/1/query", parameters)
         if answer.status not in (200, 204, 404):
-            raise SourceError(f"{self.address} answered {answer.status} to a request without a condition")
+            raise SourceError(f"{self.address} answered {answer.status} to an unconditional request")
         return None if answer.is_empty or not answer.body else answer.body
 
     def _arrival(self, start: datetime, end: datetime, data: bytes | None, refusal: str | None = None) -> Arrival:

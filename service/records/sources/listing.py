@@ -136,10 +136,10 @@ def _json(address: str, text: str) -> list[tuple[str, str]]:
     try:
         document = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
-        raise SourceError(f"{address} is no JSON: {error}; serve a list of file names") from error
+        raise SourceError(f"{address} is not JSON: {error}; serve a list of file names") from error
     rows = document.get("files") if isinstance(document, dict) else document
     if not isinstance(rows, list):
-        raise SourceError(f'{address} is no index of files; serve ["a.mseed", ...] or {{"files": [...]}}')
+        raise SourceError(f'{address} is not an index of files; serve ["a.mseed", ...] or {{"files": [...]}}')
     entries = []
     for row in rows:
         name = row if isinstance(row, str) else next((row[k] for k in ("url", "href", "name") if k in row), None)

@@ -130,7 +130,7 @@ class Client:
             url = httpx.URL(address, params=parameters) if parameters else httpx.URL(address)
         except httpx.InvalidURL as error:
             raise SourceError(
-                f"{address} is no valid address ({error}); correct location in the building file"
+                f"{address} is not a valid address ({error}); correct location in the building file"
             ) from None
         partial = partial or Partial()
         for attempt in count():
@@ -177,7 +177,7 @@ class Client:
             raise TooLargeError(url, None, self.settings.polling.max_answer_bytes)
         if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE and partial.body:
             partial.body.clear()
-            raise BrokenError(f"{url} has nothing beyond the bytes that had come")
+            raise BrokenError(f"{url} sent nothing after the bytes already received")
         if status in WORTH_REPEATING:
             raise BrokenError(
                 f"{url} answered {status} {response.reason_phrase}",

@@ -79,7 +79,7 @@ def _headed(one: Received, now: datetime) -> Packet:
         start, count, rate = record.starttime, record.samplecnt, float(record.samprate)
         read = replace(unread, channel=channel, start=_moment(start), end=_moment(record.endtime), rate=rate)
     except Exception as error:  # whatever hostile bytes make the reader stumble over
-        return replace(unread, reason=f"it is no miniSEED ({type(error).__name__}: {error})")
+        return replace(unread, reason=f"it is not miniSEED ({type(error).__name__}: {error})")
     if record.formatversion != 2:
         return replace(read, reason="it is miniSEED 3; have the server send miniSEED 2")
     if record.reclen != len(one.data):
@@ -101,7 +101,7 @@ def _checked(packet: Packet, channels: Sequence[Channel], now: datetime) -> Pack
 def _fault(packet: Packet, channels: Sequence[Channel], now: datetime) -> str | None:
     quantity = next((one.quantity for one in channels if one.id == packet.channel), None)
     if quantity is None:
-        return f"{packet.channel} is no channel of this building"
+        return f"{packet.channel} is not a channel of this building"
     lowest, highest = RATES[quantity]
     if not lowest <= packet.rate <= highest:
         return f"{packet.channel} has {packet.rate:g} samples a second; {lowest:g} to {highest:g} Hz are accepted"

@@ -180,7 +180,7 @@ def test_a_key_has_a_higher_role_on_one_building_alone(database_url: str, sessio
         assert "your role there is too low" in refused
         assert "role" not in api.get(f"{BUILDINGS}/NONE").json()["detail"]
         shown = {code: api.get(f"/buildings/{code}/messages").text for code in ("OTHER", "PAPER")}
-        assert {code: "Hold a drill" in page for code, page in shown.items()} == {"OTHER": True, "PAPER": False}
+        assert {code: "Start a drill" in page for code, page in shown.items()} == {"OTHER": True, "PAPER": False}
         receiver = {"name": "b", "kind": "apprise", "address": "json://127.0.0.1/b"}
         assert api.post(f"{BUILDINGS}/OTHER/receivers", json=receiver).status_code == 403
         assert [one["by"] for one in api.get("/api/v1/audit").json()["items"]] == ["duty"], "its own changes"

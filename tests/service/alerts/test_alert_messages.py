@@ -69,7 +69,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
         write_messages(session, of.id, AGE, now + SOON)
     _, reported = messages(session)
     assert (reported.sequence, reported.severity) == ("cancelled", "note")
-    assert "Cancelled, because it was never the case: " in " ".join(reported.sentences)
+    assert "Cancelled, because the alert was wrong: " in " ".join(reported.sentences)
 
 
 def test_what_a_sensor_may_explain_is_reported_so(session: Session, of: Building) -> None:
@@ -78,7 +78,7 @@ def test_what_a_sensor_may_explain_is_reported_so(session: Session, of: Building
     (reported,) = messages(session)
     assert reported.key == f"event/{events[2]}"
     assert (reported.kind, reported.severity) == ("alert", "warning")
-    assert "a sensor behind this result measures wrongly" in " ".join(reported.sentences)
+    assert "a sensor used for this result is faulty" in " ".join(reported.sentences)
 
 
 def test_what_is_silenced_is_reported_when_the_silence_ends(session: Session, of: Building) -> None:

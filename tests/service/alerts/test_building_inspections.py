@@ -29,7 +29,7 @@ FIT = {"result": "fit", "comment": "24 bearings seen", "name": "Jo"}
 
 @pytest.fixture
 def code(sessions: sessionmaker[Session]) -> str:
-    """A building whose limit of inspection an earthquake of day 1 exceeded."""
+    """A building whose inspection limit an earthquake of day 1 exceeded."""
     with sessions.begin() as session:
         of = building(session)
         add_comparison(session, earthquake(session, of, day(1), STRONG))

@@ -31,7 +31,7 @@ def test_an_earthquake_is_reported_once_in_local_time_with_what_is_undecided(ses
     )
     assert "moved by at least 24 mm, in direction x; how far they moved in plan is not known" in reported.sentences[0]
     assert reported.sentences[1].startswith(
-        "Undecided. Menshin cannot decide whether the isolators are within their limits"
+        "Undecided. Menshin cannot decide whether the building is within its limits"
     )
     assert reported.sentences[2] == "3 of 14 checks passed."
     assert (

@@ -171,5 +171,5 @@ def test_what_is_on_hold_is_sent_as_that(stage: Stage) -> None:
     assert stage.goes_on() == []
     stage.add()
     assert len(stage.goes_on()) == 2, "the sensor was reported with another earthquake"
-    words = next(stage.text(n) for n in range(2) if "measures wrongly" in stage.text(n))
+    words = next(stage.text(n) for n in range(2) if "is faulty" in stage.text(n))
     assert "Alert 1 is on hold." in words

@@ -71,7 +71,7 @@ def test_the_page_of_the_building_leads_to_the_result(api: TestClient, sessions:
     sent = api.post("/buildings/PAPER/added-sensors")
     assert sent.status_code == 303
     waiting = api.get(sent.headers["location"]).text
-    assert "gain by one more sensor" in waiting
+    assert "benefit of one more sensor" in waiting
     work(sessions)
     shown = api.get(sent.headers["location"], follow_redirects=True)
     number = shown.url.path.removeprefix("/sensors/")

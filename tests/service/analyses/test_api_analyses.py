@@ -51,7 +51,7 @@ REFUSED: tuple[tuple[dict[str, object], int, str], ...] = (
     ({"sensors": ["base", "1F"]}, 409, "above the base slab"),
     ({"band": [0.1, 50.0]}, 409, "does not fit 100 Hz"),
     ({"rate": 50.0}, 409, "does not fit 50 Hz"),
-    ({"estimator": "guess"}, 422, "there is cms"),
+    ({"estimator": "guess"}, 422, "there are cms"),
     ({"band": [30.0, 0.1]}, 422, "band"),
     ({"rate": "fast"}, 422, "rate"),
     ({"colour": "red"}, 422, "colour"),

@@ -89,7 +89,7 @@ def test_pdf_and_html_say_what_the_verdict_says(stored: Session) -> None:
     for shown in (text, " ".join(html.split())):
         assert "INSPECT" in shown
         for words in (
-            "Have the isolators inspected before normal use.",
+            "Have the building inspected before normal use.",
             "Automatic, not reviewed by an engineer.",
             "a tower",
             "73.75 ± 0.07 %",
@@ -98,7 +98,7 @@ def test_pdf_and_html_say_what_the_verdict_says(stored: Session) -> None:
             "▲ exceeded: watch",
             "Menshin's default; design_displacement is 400 mm in the building file",
             "bulging, cracks, debonding or tilt",
-            "beyond the limit of inspection",
+            "beyond the inspection limit",
             "(Asia/Tokyo)",
             f"{event.start:%Y-%m-%d %H:%M:%S} UTC",
             "Revision 1",

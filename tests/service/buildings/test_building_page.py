@@ -54,7 +54,7 @@ def test_the_page_says_first_what_is_to_be_done_and_whom_to_call(
         assert '<a href="tel:+81300000100">+81 3 0000-0100</a>' in page
     first = unescape(re.sub(r"<[^>]+>", "", pages[1].split('aria-label="In short"')[1].split("</section>")[0]))
     assert "Inspect" in first
-    assert "Have the isolators inspected before normal use." in first
+    assert "Have the building inspected before normal use." in first
     assert "the isolators moved 295 mm, 73.8 % of the design limit" in first
     assert "checks passed" in first
 

@@ -76,10 +76,10 @@ def test_a_model_of_both_directions_holds_in_each() -> None:
 WRONG = {
     "unknown effect": ("effects.elastic", "effects.elastik", "[effects.elastik", "no such effect; did you mean 'el"),
     "unknown parameter": ("k_b =", "kb =", "kb", "effects.elastic.kb: no such parameter; did you mean 'k_b'?"),
-    "text for a number": ("475e6", '"475e6"', "k_b", "effects.elastic.k_b: a number within 0 ... 1e+12 is wanted N/m"),
-    "truth for a number": ("475e6", "true", "k_b", "effects.elastic.k_b: a number within"),
-    "out of bounds": ("475e6", "-1.0", "k_b", "effects.elastic.k_b: a number within 0 ... 1e+12 is wanted N/m, got -1"),
-    "no number": ("475e6", "nan", "k_b", "effects.elastic.k_b: a number within"),
+    "text for a number": ("475e6", '"475e6"', "k_b", "effects.elastic.k_b: expected a number within 0 ... 1e+12 N/m"),
+    "truth for a number": ("475e6", "true", "k_b", "effects.elastic.k_b: expected a number within"),
+    "out of bounds": ("475e6", "-1.0", "k_b", "effects.elastic.k_b: expected a number within 0 ... 1e+12 N/m, got -1"),
+    "no number": ("475e6", "nan", "k_b", "effects.elastic.k_b: expected a number within"),
     "direction": ('"x"', '"z"', "direction", "direction: input should be 'x', 'y' or 'xy', got 'z'"),
     "unknown key": ("building =", "bilding =", "bilding", "bilding: no such key; did you mean 'building'?"),
     "moment without offset": (
@@ -111,8 +111,14 @@ def test_a_missing_value_is_named_with_its_unit() -> None:
     ("table", "message"),
     [
         ("[standard_deviations.elastic]\nkb = 1.0", "standard_deviations.elastic.kb: no such parameter; did you mean"),
-        ("[standard_deviations.elastic]\nk_b = -1.0", "standard_deviations.elastic.k_b: a number within 0 ... inf"),
-        ("[standard_deviations.elastik]\nk_b = 1.0", "standard_deviations.elastik: a table of an effect of this model"),
+        (
+            "[standard_deviations.elastic]\nk_b = -1.0",
+            "standard_deviations.elastic.k_b: expected a number within 0 ... inf",
+        ),
+        (
+            "[standard_deviations.elastik]\nk_b = 1.0",
+            "standard_deviations.elastik: expected a table of an effect of this model",
+        ),
     ],
 )
 def test_a_wrong_standard_deviation_is_named(table: str, message: str) -> None:

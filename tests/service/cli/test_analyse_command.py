@@ -95,7 +95,7 @@ def test_files_alone_are_never_normal(folder: Path, document: dict[str, Any]) ->
     assert outcomes["stiffness"] == outcomes["largest_so_far"] == outcomes["design_displacement"] == "undecided"
     printed = " ".join(menshin(folder / "event.mseed", "--building", folder / "building.toml").output.split())
     assert f"verdict: undecided: {unclear} of 14 checks undecided" in printed
-    assert "Menshin cannot decide whether the isolators are within their limits" in printed
+    assert "Menshin cannot decide whether the building is within its limits" in printed
 
 
 def test_the_document_is_json_without_nan(results: Path) -> None:
@@ -219,7 +219,7 @@ def test_records_without_a_unit_are_refused(folder: Path, tmp_path: Path) -> Non
 WRONG_USE = {
     "unknown sensor": (["--sensors", "base,9F"], "no level '9F'"),
     "no base slab": (["--sensors", "RF"], "base slab must be among"),
-    "unknown estimator": (["--estimator", "magic"], "no estimator 'magic'; there is cms"),
+    "unknown estimator": (["--estimator", "magic"], "no estimator 'magic'; there are cms"),
 }
 
 

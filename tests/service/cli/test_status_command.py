@@ -36,7 +36,7 @@ def test_a_normal_building_ends_with_zero_and_shows_every_check(sessions: sessio
     assert (every.exit_code, one.exit_code) == (0, 0), every.output + one.output
     assert f"{code}, a tower" in every.output
     assert "normal: 15 of 15 checks passed" in every.output
-    assert "This is not an inspection." in every.output
+    assert "This does not replace an inspection." in every.output
     assert f"{day(1):%Y-%m-%d %H:%M}" in every.output
     assert one.output.count("passed") == 15 + len(["15 of 15 checks passed"]) * 2
     assert "JMA instrumental intensity (unofficial, ground, x, y, z)" in one.output
@@ -58,7 +58,7 @@ def test_the_most_severe_building_comes_first_and_ends_with_one(
         for one in items:
             assert api.get(f"/api/v1/buildings/{one['building']}/verdict").json() == one["verdict"]
     assert menshin("status", "--building", codes[0]).exit_code == 1
-    assert "Have the isolators inspected before normal use." in menshin("status").output
+    assert "Have the building inspected before normal use." in menshin("status").output
     unsettled = menshin("status", "--building", codes[1])
     assert unsettled.exit_code == 1
     assert "Give design_displacement under [isolation] in the building file." in unsettled.output

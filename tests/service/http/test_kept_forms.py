@@ -122,12 +122,12 @@ def test_what_was_typed_is_there_again_after_the_login_that_an_ended_session_tak
 def test_a_form_that_was_taken_is_not_filled_again_and_no_secret_is_kept(page: Page) -> None:
     address = page.url.replace("/alerts/1", "/buildings/TOWER/alerts")
     page.goto(address)
-    page.get_by_text("Silence alerts for a while").click()
+    page.get_by_text("Mute alerts for a while").click()
     page.locator("#silence-pattern").fill("stiffness")
     page.locator("#silence-hours").fill("12")
     page.locator("#silence-reason").fill("a load test")
     with page.expect_navigation():
-        page.get_by_role("button", name="Silence").click()
+        page.get_by_role("button", name="Mute").click()
     assert page.get_by_role("cell", name="a load test").is_visible()
     assert page.locator("#silence-reason").input_value() == ""
     page.evaluate("""() => {

@@ -111,7 +111,7 @@ def test_a_motion_is_scaled_to_what_is_asked(folder: Path, building: Path) -> No
     ("options", "reason"),
     [
         (("--pga", "200 mm"), "has the unit of displacement; give acceleration, such as 400 gal"),
-        (("--pga", "strong"), "'strong' is no number with a unit"),
+        (("--pga", "strong"), "'strong' is not a number with a unit"),
         (("--pga", "3 furlong"), "unit 'furlong' is not known"),
         (("--pga", "0"), "cannot be scaled to a peak ground acceleration of 0 m/s²"),
         (("--pga", "-2"), "cannot be scaled to a peak ground acceleration of -2 m/s²"),

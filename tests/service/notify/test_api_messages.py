@@ -283,7 +283,7 @@ def test_who_may_do_what(
             made = anew.post(RECEIVERS, json=wanted)
             assert made.status_code == (201 if role is Role.admin else 403)
             page = anew.get("/buildings/TOWER/messages").text
-            assert ("Hold a drill" in page, "Add a recipient" in page) == (role >= Role.engineer, role is Role.admin)
+            assert ("Start a drill" in page, "Add a recipient" in page) == (role >= Role.engineer, role is Role.admin)
 
 
 def test_metrics_show_what_waits_and_what_failed(

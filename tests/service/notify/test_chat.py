@@ -41,7 +41,7 @@ def test_a_letter_arrives_with_its_heading(there: WebhookServer) -> None:
     printed = json.loads(there.posted[0].body)
     assert printed["title"] == one.heading
     assert printed["title"].startswith(f"(repeat) {DRILL}: ")
-    assert "This is not an inspection." in printed["message"]
+    assert "This does not replace an inspection." in printed["message"]
     assert printed["type"] == "failure"
 
 
@@ -53,7 +53,7 @@ def test_the_picture_goes_where_the_service_takes_one(there: WebhookServer) -> N
     assert b64decode(attached["base64"]) == picture
     plain = there.address.replace("http://localhost", "gotify://127.0.0.1") + "/AaBbCcDdEeFfGgH"
     assert sent(plain, rendered_message(picture=picture)).outcome == "delivered"
-    assert "This is not an inspection." in there.posted[1].body.decode()
+    assert "This does not replace an inspection." in there.posted[1].body.decode()
     assert len(there.posted[1].body) < len(picture)
 
 

@@ -57,7 +57,7 @@ def test_an_earthquake_within_every_limit_is_normal_with_a_note_that_this_is_no_
     message = reported(session, event)
     assert (message.kind, message.severity) == ("event", "normal")
     assert message.subject.endswith(": isolators moved 20 mm, normal: 15 of 15 checks passed")
-    assert message.sentences[-2:] == ["Normal. This is not an inspection.", "15 of 15 checks passed."]
+    assert message.sentences[-2:] == ["Normal. This does not replace an inspection.", "15 of 15 checks passed."]
     assert message.data["verdict"]["level"] == "normal"
 
 
@@ -200,7 +200,7 @@ def test_a_strong_earthquake_names_the_limits_it_exceeds(session: Session, of: B
     message = reported(session, event)
     assert message.severity == "alarm"
     assert "inspect: displacement as a share of the design displacement 73.8 %" in message.subject
-    assert "Inspect. Have the isolators inspected before normal use." in message.sentences
+    assert "Inspect. Have the building inspected before normal use." in message.sentences
     text = " ".join(message.sentences)
     assert "Shear strain of the isolators: 147.50 ± 0.14 %, limit 100 % (watch), Menshin's default" in text
     assert "design_displacement is 400 mm in the building file" in text
@@ -220,7 +220,7 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     write_messages(session, of.id, AGE, day(1) + SOON)
     alarm = messages(session)[-1]
     assert (alarm.key, alarm.kind, alarm.severity) == (f"event/{strong.id}", "alert", "alarm")
-    assert " ".join(alarm.sentences).count("Have the isolators inspected") == 1
+    assert " ".join(alarm.sentences).count("Have the building inspected") == 1
     assert "The alert stays until an inspection is recorded on its page." in alarm.sentences[1]
     assert alarm.link == f"/alerts/{session.query(Alert).one().id}"
     after = earthquake(session, of, day(2))

@@ -71,7 +71,7 @@ def test_an_earthquake_within_every_limit_is_normal_everywhere(
     assert levels(found) == ("normal", "normal", "0.0")
     for page in ("event", "home"):
         assert "15 of 15 checks passed" in found[page]
-        assert "This is not an inspection." in found[page]
+        assert "This does not replace an inspection." in found[page]
         assert "Menshin's default; design_displacement is 400 mm in the building file" in found[page]
     assert "normal: 15 of 15 checks passed" in found["alerts"]
 
@@ -120,10 +120,10 @@ def test_a_strong_earthquake_shows_the_limit_that_it_exceeded(database_url: str,
     found = answers(database_url, stored, event, of)
     assert levels(found) == ("inspect", "inspect", "4.0")
     for page in ("event", "home"):
-        assert "Have the isolators inspected before normal use." in found[page]
+        assert "Have the building inspected before normal use." in found[page]
         assert "73.75 ± 0.07 %" in found[page]
         assert "67 % (inspect)" in found[page]
-        assert "beyond the limit of inspection" in found[page]
+        assert "beyond the inspection limit" in found[page]
     after = earthquake(stored, of, day(2))
     add_comparison(stored, after)
     assert levels(answers(database_url, stored, after, of)) == ("inspect", "inspect", "4.0")
@@ -137,7 +137,7 @@ def test_an_alert_of_two_earthquakes_says_which_of_them_its_value_is_of(
     for event in (first, last):
         add_comparison(stored, event)
     reconcile(stored, of.id, limit_candidates(stored, of.id), "events", day(2) + SOON)
-    value = "73.8 %, beyond the limit of inspection</a> <small>active, shown by "
+    value = "73.8 %, beyond the inspection limit</a> <small>active, shown by "
     shown = answers(database_url, stored, first, of)
     assert f"{value}this earthquake</small>" in shown["event"]
     assert f"{value}the last earthquake, too; the value is that of another one</small>" in shown["home"]
@@ -153,7 +153,7 @@ def test_an_undecided_earthquake_shows_what_is_needed_to_decide(database_url: st
     for page in ("event", "home"):
         assert "Give design_displacement under [isolation] in the building file." in found[page]
         assert "XX.A: 4 spikes were removed." in found[page]
-    assert "No alert is open; that alone is no verdict." in found["alerts"]
+    assert "No alert is open. This alone does not mean that the building is normal." in found["alerts"]
 
 
 def test_an_alert_that_ended_stays_on_the_page_of_its_earthquake(

@@ -171,7 +171,7 @@ def test_half_a_body_of_unsaid_length_is_requested_a_few_times(server: Server, a
 @pytest.mark.parametrize(
     ("listing", "message"),
     [
-        (b"[" * 100_000, "is no JSON"),
+        (b"[" * 100_000, "is not JSON"),
         (b"<" + b" " * 17 * 2**20, "lists files in 17825793 bytes, 16777216 are accepted"),
     ],
 )

@@ -94,7 +94,7 @@ def test_a_time_to_wait_that_is_no_number_is_passed_over(server: Server, api: Cl
 
 
 def test_an_address_that_is_none_is_reported(api: Client) -> None:
-    with pytest.raises(SourceError, match="is no valid address"):
+    with pytest.raises(SourceError, match="is not a valid address"):
         api.get("http://127.0.0.1:port/a")
 
 

@@ -190,9 +190,9 @@ def test_packets_that_cannot_be_used_are_counted_with_a_reason_and_harm_no_other
     header = bytearray(RECORDS[0])
     header[64:] = b"\xff" * (len(header) - 64)
     bad = {
-        "no miniSEED": b"\0" * 512,
+        "is not miniSEED": b"\0" * 512,
         "not one record": RECORDS[0] + RECORDS[1],
-        "OTHER.00.HNX is no channel": miniseed(strange)[:512],
+        "OTHER.00.HNX is not a channel": miniseed(strange)[:512],
         "100000 samples a second": miniseed(fast)[:512],
         "set the clock": miniseed(ahead)[:512],
         "recorded at 1970-01-02": miniseed(never_set)[:512],
