@@ -201,7 +201,7 @@ def forecast(
     shows the margin to each limit of the building file, and where a motion leaves the range of the records. Exit code
     0: forecast, even if out of range, which is shown; 1: a record or a motion cannot be used.
     """
-    from service.models import forecast_report, forecast_results, forecasting
+    from service.models import forecast_results, forecasting, report
     from service.models.motions import motions as read_motions, scaling
 
     described = read_building(building)
@@ -212,11 +212,11 @@ def forecast(
         moment = None if at is None else at.replace(tzinfo=UTC)
         done = forecasting.forecast(given, records, given_motions, described, wanted, moment, temperature, report_step)
     _show(
-        forecast_report.forecast(done),
+        report.forecast(done),
         json,
         lambda: forecast_results.document(done),
         html,
-        lambda: forecast_report.forecast_file(done),
+        lambda: report.forecast_file(done),
     )
 
 
@@ -296,7 +296,7 @@ def sketch(
     """
     from core import workbench
     from core.effects import EFFECTS
-    from service.models import sketch_report, sketch_results
+    from service.models import report, sketch_results
 
     name = output.stem
     if output.suffix != ".py" or not name.isidentifier() or name in EFFECTS:
@@ -307,11 +307,11 @@ def sketch(
     if result.proposal is not None:
         write_text(result.proposal.source, output)
     _show(
-        sketch_report.sketch_report(given, result),
+        report.sketch(given, result),
         json,
         lambda: sketch_results.document(given, result),
         html,
-        lambda: sketch_report.sketch_file(given, result),
+        lambda: report.sketch_file(given, result),
     )
 
 

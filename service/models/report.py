@@ -1,17 +1,24 @@
 """Results of the workbench as reports, for a terminal and as an HTML file."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
+from core.forecasting.response import Forecast
 from core.tables import Table
 from core.workbench.comparing import ComparisonResult, force_table, levels_of, outer_levels, prediction_table
 from core.workbench.diagnosing import BRIEF, DiagnosisResult, candidate_table
 from core.workbench.fitting import FitResult
+from core.workbench.forecasting import forecast_sentences, forecast_table
 from core.workbench.improving import ExtensionResult, ImprovementResult, left_out_tables
-from core.workbench.tables import values_of, version_tables
+from core.workbench.sketching import SketchResult, dependence_table, missing_table
+from core.workbench.tables import values_of, values_table, version_tables
 from service.models import texts
+from service.models.forecasting import Forecasts
 from service.models.model_file import ModelFile
 from service.models.operations import Work
 from service.reports.document import Document, Part, heading, notes, paragraph
+from service.verdict import texts as verdict_texts
+from service.verdict.checks import Check
 
 
 def comparison(done: Work[ComparisonResult]) -> Document:
@@ -118,6 +125,78 @@ def improvement_file(done: Work[ImprovementResult], first: Work[DiagnosisResult]
     own = (*change(done).parts, *([left_out_figure(steps)] if len(steps) > 1 else []))
     parts = (*own, heading(texts.FIRST_DIAGNOSIS), *diagnosis.parts)
     return Document(texts.IMPROVEMENT_TITLE.format(_subject(done.given)), parts)
+
+
+def forecast(done: Forecasts) -> Document:
+    """Forecasts for a terminal: peaks with their intervals, warnings, and the building's limits."""
+    parts = [part for each in zip(done.result.forecasts, done.checks, strict=True) for part in _forecast(*each)]
+    return Document(texts.FORECAST_TITLE.format(_subject(done.given)), (*parts, _notes_on_forecasts(done)))
+
+
+def forecast_file(done: Forecasts) -> Document:
+    """Forecasts with their figures."""
+    from service.models.figures.forecasts import forecast_figures  # slow to import
+    from service.models.forecast_results import document
+
+    parts: list[Part] = []
+    for one, checks, shown in zip(done.result.forecasts, done.checks, document(done).forecasts, strict=True):
+        parts += [*_forecast(one, checks), *forecast_figures(shown)]
+    return Document(texts.FORECAST_TITLE.format(_subject(done.given)), (*parts, _notes_on_forecasts(done)))
+
+
+def _forecast(one: Forecast, checks: Sequence[Check]) -> tuple[Part, ...]:
+    return forecast_table(one), paragraph(forecast_sentences(one)), _limits(checks)
+
+
+def _limits(checks: Sequence[Check]) -> Table:
+    """Checks of a forecast, each with the share of the limit that decides it."""
+    rows = tuple(
+        (verdict_texts.title(one), verdict_texts.value(one), verdict_texts.limit(one), _share(one), one.outcome.value)
+        for one in checks
+    )
+    headings = ("check", "forecast", "limit", "share", "outcome")
+    return Table(texts.LIMITS_CAPTION, headings, rows, texts.LIMITS_NOTE, texts=("outcome",))
+
+
+def _share(check: Check) -> str:
+    if check.value is None or check.limit is None:
+        return ""
+    share = f"{100 * abs(check.value) / check.limit:.0f} %"
+    if check.uncertainty is None:
+        return share
+    return f"{share} (to {100 * (abs(check.value) + check.uncertainty) / check.limit:.0f} %)"
+
+
+def _notes_on_forecasts(done: Forecasts) -> Part:
+    return notes((*done.result.sources, *_unused(done.result.earthquakes.unused)))
+
+
+def sketch(given: ModelFile, result: SketchResult) -> Document:
+    """A sketch for a terminal."""
+    values = [] if result.proposal is None else [values_table(result.proposal.model, result.proposal.std)]
+    parts: tuple[Part, ...] = (
+        paragraph(result.text),
+        missing_table(result),
+        dependence_table(result),
+        *values,
+        *version_tables(result.versions, result.earthquakes),
+        notes(tuple(result.earthquakes.unused)),
+    )
+    return Document(texts.SKETCH_TITLE.format(given.building), parts)
+
+
+def sketch_file(given: ModelFile, result: SketchResult) -> Document:
+    """A sketch with its figures."""
+    from service.models.figures.histories import loop, strongest_of  # slow to import
+    from service.models.figures.residual import over_motion, spectrum
+    from service.models.figures.sketches import sketch_figures
+    from service.models.sketch_results import CourseOut
+
+    after = () if result.proposal is None else result.versions[-1].errors.forces
+    own = sketch_figures(CourseOut.of(result.course, result.earthquakes.held_out))
+    shared = (loop(strongest_of(result.missing)), over_motion(result.missing), spectrum(result.missing, after))
+    written = sketch(given, result)
+    return replace(written, parts=(*written.parts, *own, *shared))
 
 
 def _subject(model: ModelFile) -> str:
