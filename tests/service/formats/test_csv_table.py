@@ -56,7 +56,7 @@ WRONG = {
     "start in words": (r"2024-01-01T21:00:00", "noon", "the start of a.csv is 'noon"),
     "rate in words": ("100", "fast", "the rate of a.csv is 'fast'"),
     "rate of zero": ("100", "0", "sampling rate of XX.TOWER.00.HNX is 0.0 Hz"),
-    "no unit": (r" \[gal\]", "", "column 'XX.TOWER.00.HNX' of a.csv is no channel with its unit"),
+    "no unit": (r" \[gal\]", "", "column 'XX.TOWER.00.HNX' of a.csv is not a channel with its unit"),
     "empty unit": (r"\[gal\]", "[]", "the unit is missing"),
     "unknown unit": (r"\[gal\]", "[furlong]", "unit 'furlong' is not known"),
     "short row": (", 20.5", "", "line 6 of a.csv has 2 numbers; 3 are needed"),
