@@ -26,7 +26,7 @@ def _timezone(name: str) -> str:
     except (ValueError, LookupError, OSError):  # of a path, of an unknown name, and of a folder
         is_zone = False
     if not is_zone:
-        raise ValueError(f"{name!r} is no time zone of the IANA database, such as Asia/Tokyo")
+        raise ValueError(f"{name!r} is not a time zone of the IANA database, such as Asia/Tokyo")
     return name
 
 
@@ -45,7 +45,7 @@ def _renamed(severity: object) -> object:
 
 def _mail(address: str) -> str:
     if not MAIL.fullmatch(address):
-        raise ValueError(f"{address!r} is no mail address, such as engineer@example.org")
+        raise ValueError(f"{address!r} is not a mail address, such as engineer@example.org")
     return address
 
 

@@ -58,10 +58,10 @@ def wrong_address(kind: str, address: str) -> str | None:
     if address.startswith(VARIABLE):
         return _wrong_variable(address)
     if kind == "email":
-        return None if MAIL.fullmatch(address) else "one mail address is wanted, such as name@example.org"
+        return None if MAIL.fullmatch(address) else "give one mail address, such as name@example.org"
     if kind == "apprise":
-        return None if SERVICE.fullmatch(address) else "an address of Apprise is wanted, such as slack://TOKEN"
-    return None if _is_web_address(address) else "an address such as https://example.org/menshin is wanted"
+        return None if SERVICE.fullmatch(address) else "give an address of Apprise, such as slack://TOKEN"
+    return None if _is_web_address(address) else "give an address such as https://example.org/menshin"
 
 
 def wrong_secret(kind: str, secret: str | None) -> str | None:

@@ -130,4 +130,4 @@ def _inventory(name: str, data: bytes) -> "obspy.Inventory":
     except MemoryError:
         raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
-        raise StationError(f"{name} is no readable StationXML: {error}") from error
+        raise StationError(f"{name} is not readable StationXML: {error}") from error

@@ -167,7 +167,7 @@ def _check(source: Path, copy: sqlite3.Connection) -> None:
         raise BackupError(f"{source} is damaged: {problems[0]}")
     tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
     if "alembic_version" not in tables:
-        raise BackupError(f"{source} is no database of Menshin")
+        raise BackupError(f"{source} is not a database of Menshin")
     found = {revision for (revision,) in copy.execute("SELECT version_num FROM alembic_version")}
     if unknown := found - known_revisions():
         raise BackupError(f"{source} belongs to another version of Menshin (revision {', '.join(sorted(unknown))})")

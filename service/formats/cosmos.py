@@ -197,7 +197,7 @@ def _start(header: Header) -> datetime:
     try:
         start = datetime(*day, *time, tzinfo=UTC) + timedelta(seconds=header.real(SECOND, "start second"))
     except (ValueError, OverflowError):
-        raise FormatError(f"the start of {header.name}, {day} {time}, is no date and time") from None
+        raise FormatError(f"the start of {header.name}, {day} {time}, is not a date and time") from None
     if (int(text[1]), int(text[2])) != time:
         raise FormatError(f"{header.name} starts at {time} by its integers, and at {text[1]}:{text[2]} by its text")
     return start

@@ -91,7 +91,7 @@ def _printed(what: str, peak: str | None) -> float | None:
     try:
         return None if peak is None else float(peak)
     except ValueError:
-        raise FormatError(f"{what} is damaged: its header prints the peak {peak!r}, which is no number") from None
+        raise FormatError(f"{what} is damaged: its header prints the peak {peak!r}, which is not a number") from None
 
 
 def _start(name: str, header: Sequence[str]) -> datetime:

@@ -40,7 +40,7 @@ def read_csv(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise FormatError(f"{name} is no UTF-8 text: {error}; save it as UTF-8") from None
+        raise FormatError(f"{name} is not UTF-8 text: {error}; save it as UTF-8") from None
     lines = [line for line in text_lines(name, text) if line.strip()]
     if (longest := max(map(len, lines), default=0)) > LONGEST_LINE:
         raise FormatError(f"{name} has a line of {longest} characters, at most {LONGEST_LINE} are accepted")
@@ -80,7 +80,7 @@ def _column(name: str, cell: str) -> tuple[str, Gain]:
     match = COLUMN.fullmatch(cell.strip()) if len(cell) <= LONGEST_COLUMN else None
     if not match:
         raise FormatError(
-            f"column {cell.strip()[:LONGEST_COLUMN]!r} of {name} is no channel with its unit; write "
+            f"column {cell.strip()[:LONGEST_COLUMN]!r} of {name} is not a channel with its unit; write "
             f"XX.TOWER.01.HNX [gal]"
         )
     try:
@@ -103,5 +103,5 @@ def _samples(name: str, first: int, columns: int, rows: Sequence[str]) -> Matrix
             cells = np.array(",".join(rows[at : at + together]).split(","), dtype=np.float64)
             samples[:, at : at + together] = cells.reshape(-1, columns).T
     except ValueError as error:
-        raise FormatError(f"{name} holds what is no number: {str(error)[:LONGEST_COLUMN]}") from None
+        raise FormatError(f"{name} contains a value that is not a number: {str(error)[:LONGEST_COLUMN]}") from None
     return samples

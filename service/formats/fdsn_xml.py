@@ -32,7 +32,7 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
     except MemoryError:
         raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
-        raise FormatError(f"{name} is no readable StationXML: {error}; fetch it again") from error
+        raise FormatError(f"{name} is not readable StationXML: {error}; fetch it again") from error
     known: dict[str, Gain] = {}
     remarks: dict[str, str] = {}
     for channel_id, channel in _channels(inventory):

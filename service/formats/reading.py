@@ -172,4 +172,4 @@ def _readable(name: str) -> Iterator[None]:
     except MemoryError:
         raise
     except Exception as error:  # it raises whatever a broken archive makes it stumble over
-        raise FormatError(f"{name} is no readable zip archive: {error}; fetch it again") from error
+        raise FormatError(f"{name} is not a readable zip archive: {error}; fetch it again") from error

@@ -160,7 +160,7 @@ WRONG = {
         "Asia/Tokyo",
         "Asia/Tokio",
         "timezone",
-        "timezone: 'Asia/Tokio' is no time zone",
+        "timezone: 'Asia/Tokio' is not a time zone",
     ),
     "latitude": (
         "35.5",

@@ -69,8 +69,14 @@ WRONG = {
     "report of a program": (SMALL + PROGRAM + "report = true\n", "receiver[1].report: only mail carries a report"),
     "twice": (SMALL + MANAGER + MANAGER, "receiver[2].name: 'manager' is already used by receiver[1]"),
     "unknown kind": (SMALL + MANAGER.replace('"email"', '"pigeon"'), "receiver[1].kind"),
-    "no mail address": (SMALL + MANAGER.replace("manager@", "manager at "), "receiver[1].address: one mail address"),
-    "no web address": (SMALL + PROGRAM.replace("https://", "ftp://"), "receiver[1].address: an address such as https"),
+    "no mail address": (
+        SMALL + MANAGER.replace("manager@", "manager at "),
+        "receiver[1].address: give one mail address",
+    ),
+    "no web address": (
+        SMALL + PROGRAM.replace("https://", "ftp://"),
+        "receiver[1].address: give an address such as https",
+    ),
     "unsigned": (SMALL + PROGRAM.replace("secret", "# secret"), "receiver[1]: a webhook is signed"),
     "a weak key": (SMALL + PROGRAM.replace(KEY, "whsec_c2hvcnQ="), "receiver[1].secret: must be whsec_"),
     "no variable": (SMALL + PROGRAM.replace(KEY, "env:1 2"), "receiver[1].secret: must name a variable"),

@@ -65,7 +65,7 @@ def test_a_wrong_file_adds_nothing_and_lists_every_problem(folder: Path) -> None
     done = building("add", folder / "building.toml")
     assert done.exit_code == 1
     assert done.output.startswith(f"{folder / 'building.toml'}:\n")
-    assert "timezone: 'Mars' is no time zone" in done.output
+    assert "timezone: 'Mars' is not a time zone" in done.output
     assert "level[4].mass: input should be greater than 0, got -1.0" in done.output
     assert "TOWER" not in building("list").output
 

@@ -131,7 +131,7 @@ def of_the_future(file: Path) -> None:
     [
         (cut, "is damaged|cannot be read as a database"),
         (overwritten, "is damaged|cannot be read as a database"),
-        (of_another_program, "is no database of Menshin"),
+        (of_another_program, "is not a database of Menshin"),
         (of_the_future, "another version of Menshin .revision 9999_future"),
         (lambda file: file.write_text("a letter" * 100), "cannot be read as a database: file is not a database"),
     ],

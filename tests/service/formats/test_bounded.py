@@ -50,7 +50,7 @@ def test_lines_that_were_made_to_trap_a_pattern_cost_little(kind: str) -> None:
 
 def test_a_column_that_was_made_to_trap_the_reader_is_refused_at_once() -> None:
     began = process_time()
-    with pytest.raises(FormatError, match="is no channel with its unit"):
+    with pytest.raises(FormatError, match="is not a channel with its unit"):
         read("trap.csv", b"# start: 2024-01-01T00:00:00Z\n# rate: 100\n" + b"[" * 50_000, {})
     assert process_time() - began < SECONDS
 

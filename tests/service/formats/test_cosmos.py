@@ -180,7 +180,7 @@ WRONG = {
     "no year": (integer(40, -999), "no start year (integer 40"),
     "no hour": (integer(44, -999), "no start hour (integer 44"),
     "no second": (real(30, -999.0), "no start second (real 30"),
-    "no such month": (integer(42, 13), "(2018, 13, 4) (10, 39), is no date and time"),
+    "no such month": (integer(42, 13), "(2018, 13, 4) (10, 39), is not a date and time"),
     "no start in text": (replaced("Rcrd start time", "Rcrd"), "no 'Rcrd start time"),
     "local time": (replaced("22.250 UTC", "22.250 PST"), "no 'Rcrd start time"),
     "two starts": (integer(44, 2), "starts at (2, 39) by its integers, and at 10:39 by its text"),

@@ -56,12 +56,12 @@ WRONG = {
     "start in words": (r"2024-01-01T21:00:00", "noon", "the start of a.csv is 'noon"),
     "rate in words": ("100", "fast", "the rate of a.csv is 'fast'"),
     "rate of zero": ("100", "0", "sampling rate of XX.TOWER.00.HNX is 0.0 Hz"),
-    "no unit": (r" \[gal\]", "", "column 'XX.TOWER.00.HNX' of a.csv is no channel with its unit"),
+    "no unit": (r" \[gal\]", "", "column 'XX.TOWER.00.HNX' of a.csv is not a channel with its unit"),
     "empty unit": (r"\[gal\]", "[]", "the unit is missing"),
     "unknown unit": (r"\[gal\]", "[furlong]", "unit 'furlong' is not known"),
     "short row": (", 20.5", "", "line 6 of a.csv has 2 numbers; 3 are needed"),
-    "word among numbers": ("20.5", "warm", "no number"),
-    "empty cell": ("20.5", "", "no number"),
+    "word among numbers": ("20.5", "warm", "is not a number"),
+    "empty cell": ("20.5", "", "is not a number"),
     "NaN": ("20.5", "nan", "1 of 2 samples of XX.TOWER.01.KO are not numbers"),
     "no samples": (r"1\.5(.|\n)*", "", "no samples below its header"),
 }
@@ -75,5 +75,5 @@ def test_a_wrong_table_is_refused(kind: str) -> None:
 
 
 def test_another_encoding_is_refused() -> None:
-    with pytest.raises(FormatError, match="no UTF-8 text"):
+    with pytest.raises(FormatError, match="is not UTF-8 text"):
         read("a.csv", GOOD.replace("whatever", "für").encode("latin-1"), {})

@@ -48,7 +48,7 @@ def test_epochs_that_agree_are_one() -> None:
 
 
 def test_broken_xml_is_refused() -> None:
-    with pytest.raises(FormatError, match="no readable StationXML"):
+    with pytest.raises(FormatError, match="is not readable StationXML"):
         read("station.xml", stationxml(("01", 1.0, "M"))[:700], {})
 
 

@@ -111,7 +111,7 @@ MAIL = {"kind": "email", "kinds_alert": "1", "severities_alarm": "1"}
 TICKED = ("<option selected>email", 'name="kinds_alert" value="1" checked', 'name="severities_alarm" value="1" checked')
 FORMS = {
     "a mail address that is none": Sent(
-        RECEIVERS, ME, "receiver-address", "One mail address is wanted", TICKED, hidden=MAIL
+        RECEIVERS, ME, "receiver-address", "Give one mail address", TICKED, hidden=MAIL
     ),
     "an address with a space": Sent(
         RECEIVERS,
