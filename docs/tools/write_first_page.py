@@ -18,7 +18,7 @@ TARGET = Path(__file__).parents[1] / "operate" / "first-page.png"
 WIDTH, HEIGHT = 1240, 800
 """Pixels of the window; the picture has the top of the page, and below it the section and the years."""
 MARGIN = 12
-"""Pixels around each part."""
+"""Pixels below each part."""
 PATIENCE = 300.0
 """s, for a page of a busy machine."""
 
@@ -33,7 +33,7 @@ def write(address: Annotated[str, typer.Argument(help="Address of the demonstrat
         drawings = page.locator(".sides:has(.drawing)").first.bounding_box()
         if top is None or drawings is None:
             raise typer.BadParameter(f"{address} shows no building; try again when an earthquake is analysed")
-        spans = (0.0, top["y"] + top["height"]), (drawings["y"] - MARGIN, drawings["y"] + drawings["height"])
+        spans = (0.0, top["y"] + top["height"]), (drawings["y"], drawings["y"] + drawings["height"])
         parts = [Image.open(BytesIO(_between(page, *span))) for span in spans]
     picture = Image.new("RGB", (WIDTH, sum(part.height for part in parts)), "white")
     at = 0
