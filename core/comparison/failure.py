@@ -70,9 +70,9 @@ VARYING: Mapping[str, str] = MappingProxyType(
 MOST_NAMED = 3
 """Largest number of regions, varying stiffnesses or windows in a sentence."""
 NAMED = 0.01
-"""Smallest share of the excess error for which a window is named."""
+"""Smallest share of the excess error for which a window is named. A choice."""
 WORTH_NAMING = 0.1
-"""Smallest share of the excess error that a varying stiffness must remove beyond a constant one."""
+"""Smallest share of the excess error that a varying stiffness must remove beyond a constant one. A choice."""
 
 
 @dataclass(frozen=True, slots=True)

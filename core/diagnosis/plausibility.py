@@ -2,7 +2,7 @@
 
 An effect is impossible where it has no strength, makes the layer feed energy into the motion, or is what wrong masses
 of the building make of the estimated force. It is doubtful where a value is at the end of its range, or is not
-determined: its law is then probably wrong. It is doubtful, too, where a simpler law would do, or where it depends on
+determined: its law is then probably wrong. It is doubtful, too, where a simpler law is sufficient, or where it depends on
 what no record has. Both are shown with their reason; neither is named where records do not distinguish a plausible
 effect from it, and an impossible one never is. Where no law is quite right, a doubtful one may be meant
 (core.diagnosis.missing_effects).
@@ -114,7 +114,7 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
         if name in about.open_ended:  # its influence fades: the larger it is, the less of it is known
             away, std = abs(log(values[name] / simple)), std / values[name]
         if away < CERTAIN * std:
-            yield f"{name} may be {simple:g}, where a simpler law would do ({parameter((effect, name)).meaning})"
+            yield f"{name} may be {simple:g}, where a simpler law is sufficient ({parameter((effect, name)).meaning})"
     lost = [name for of, name in fit.undetermined if of == effect and _must_be_known((of, name), fit)]
     if lost:
         yield f"the records do not determine {', '.join(lost)}"

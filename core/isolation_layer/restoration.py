@@ -22,22 +22,22 @@ POWERS = (4, 8, 16)
 """Exponents q = (f / corner)^power of the high-passes that are recognised, which are those of Butterworth filters of
 order 2, 4 and 8, forwards and backwards."""
 CORNERS = (0.1, 0.6)
-"""Hz, range of corners that are recognised."""
+"""Hz, range of corners that are recognised: usual high-passes of acceleration processing. A choice."""
 COMPARED = (0.1, 2.0)
 """Hz, range in which channel and filtered integral are compared; below, drift and the record's ends disturb."""
 RECOGNISED = 0.05
 """Largest rms difference, over the channel's rms, of the channel and the filtered integral of a recognised high-pass. A
 choice: 0.001 to 0.033 in the records of the real building, one of which was cut; 0.15 where a filter has phase."""
 SLOW = 0.45
-"""Hz, up to which slow motion is compared."""
+"""Hz, up to which slow motion is compared. A choice."""
 FASTEST = 0.3
 """Hz, up to which the channel may lack motion, at least; twice the corner if that is more."""
 INTERVAL = 0.5
-"""s, between samples of the slow motion."""
+"""s, between samples of the slow motion, whose frequencies are below `SLOW`. A choice."""
 BEYOND = 40.0
 """s, beyond each end of the record: two and a half periods of LOWEST."""
 END = 1.0
-"""s, at each end of the record, in which low-passed accelerations are not compared."""
+"""s, at each end of the record, in which low-passed accelerations are not compared. A choice."""
 DRIFT = 0.02
 """m/s², standard deviation of the accelerations' slow error at each sample of the slow motion. Chosen on the real
 building, one of whose records was cut: a model fits the three alike from 0.01 to 0.02, and the cut one worse below."""

@@ -126,7 +126,7 @@ def forecast_sentences(one: Forecast) -> tuple[str, ...]:
     pga = f"Peak ground acceleration: {plain(one.motion.pga, 3)} m/s²."
     if not one.is_out_of_range:
         return (pga, *one.remarks)
-    return (pga, "OUT OF RANGE: the records do not show how far this forecast is right.", *one.beyond, *one.remarks)
+    return (pga, "OUT OF RANGE: the records do not show how reliable this forecast is.", *one.beyond, *one.remarks)
 
 
 NAMES: dict[Quantity, str] = {

@@ -16,10 +16,13 @@ from core.record import Finding
 from service.models import texts
 
 SPARE = 1.5
+"""Factor on the largest error of the fitted events, up to which a model does not miss an event. A choice."""
 LEAST = 0.02
 """Share of the force's RMS: smaller errors cannot be distinguished from the estimate's own."""
 ABOVE_FLOOR = 1.25
+"""Noise ratio up to which an error may be noise. A choice."""
 IN_A_ROW = 2
+"""Latest events that a model must miss before it is said. A choice: one may have a fault of its own."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -114,7 +114,7 @@ def test_a_law_that_may_be_a_simpler_one_is_doubtful(exponent: float, is_simple:
     free, sure = (("braced_viscous", "exponent"),), np.array([[0.01**2]])
     around = Isolator({**BOUC_WEN.effects, "braced_viscous": damper})
     result = replace(fit(BOUC_WEN), model=around, free=free, covariance=sure, undetermined=())
-    reason = "exponent may be 1, where a simpler law would do (power of the damper's speed)"
+    reason = "exponent may be 1, where a simpler law is sufficient (power of the damper's speed)"
     assert implausible("braced_viscous", result, seen()) == (reason if is_simple else None)
 
 
