@@ -2,8 +2,8 @@
 
 An effect is impossible where it has no strength, makes the layer feed energy into the motion, or is what wrong masses
 of the building make of the estimated force. It is doubtful where a value is at the end of its range, or is not
-determined: its law is then probably wrong. It is doubtful, too, where a simpler law is sufficient, or where it depends on
-what no record has. Both are shown with their reason; neither is named where records do not distinguish a plausible
+determined: its law is then probably wrong. It is doubtful, too, where a simpler law is sufficient, or where it depends
+on what no record has. Both are shown with their reason; neither is named where records do not distinguish a plausible
 effect from it, and an impossible one never is. Where no law is quite right, a doubtful one may be meant
 (core.diagnosis.missing_effects).
 """

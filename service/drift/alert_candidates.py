@@ -107,10 +107,9 @@ def limit_candidates(session: Session, building_id: int) -> tuple[AlertCandidate
 def _limit_summary(check: Check) -> str:
     """One line about the gravest check: what is exceeded, or that only the action limit is unclear."""
     is_exceeded = check.outcome is Outcome.EXCEEDED and verdict_texts.level_of_limit(check) is check.level
-    if not is_exceeded:
-        return texts.LIMIT_UNCLEAR.format(check=verdict_texts.title(check), value=verdict_texts.value(check))
-    kind = texts.LIMIT_KINDS[check.level]
-    return texts.LIMIT_SUMMARY.format(check=verdict_texts.title(check), value=verdict_texts.brief(check), kind=kind)
+    value = verdict_texts.brief(check) if is_exceeded else verdict_texts.value(check)
+    beyond = texts.BEYOND_LIMIT[check.level] if is_exceeded else texts.LIMIT_UNCLEAR
+    return f"{verdict_texts.title(check)}: {value}, {beyond}"
 
 
 def _reported_alarms(monitoring: Monitoring) -> Iterator[tuple[str, Kind, int]]:

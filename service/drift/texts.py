@@ -98,9 +98,12 @@ BEGAN_SLOWLY = "It is growing gradually; it began between the earthquakes of {sp
 ONE_SHOWS = "one earthquake shows"
 SEVERAL_SHOW = "{count} earthquakes show"
 
-LIMIT_SUMMARY = "{check}: {value}, beyond the {kind} limit"
-LIMIT_UNCLEAR = "{check}: {value}, perhaps beyond the action limit"
-LIMIT_KINDS: Mapping[Level, str] = {Level.ACT: "action", Level.INSPECT: "inspection"}
+BEYOND_LIMIT: Mapping[Level, str] = {
+    Level.ACT: "beyond the action limit",
+    Level.INSPECT: "beyond the inspection limit",
+}
+LIMIT_UNCLEAR = "perhaps beyond the action limit"
+"""Ends of the sentence about a check: `Floor acceleration: 320 gal, beyond the inspection limit`."""
 LIMIT_EVENT = "This was in the earthquake of {when}. The alert stays until an inspection is recorded on its page."
 
 

@@ -141,7 +141,7 @@ def _directions(each: Sequence[DirectionDiagnosis]) -> list[DirectionOut]:
             effects=[step.chosen.effect for step in one.diagnosis.named],
             only_here=[effect for direction, effect in only if direction == one.direction],
             resembles=list(one.diagnosis.resembles),
-            in_noise_floors=one.diagnosis.unexplained.noise_ratio,
+            noise_ratio=one.diagnosis.unexplained.noise_ratio,
         )
         for one in each
     ]
@@ -151,7 +151,7 @@ def _unexplained(diagnosis: Diagnosis) -> UnexplainedOut:
     left, taken = diagnosis.unexplained, diagnosis.explained
     return UnexplainedOut(
         share=left.share,
-        in_noise_floors=left.noise_ratio,
+        noise_ratio=left.noise_ratio,
         of_excess=1 - taken.fitted,
         of_excess_held_out=None if taken.held_out is None else 1 - taken.held_out,
     )
@@ -169,7 +169,7 @@ def diagnosis_without_records(
         candidates=[],
         set=[],
         unknown_flag=False,
-        unexplained=UnexplainedOut(share=None, in_noise_floors=None),
+        unexplained=UnexplainedOut(share=None, noise_ratio=None),
         steps=[],
         versions=[],
         model=None,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field
 
 from core.comparison.block_corrections import BlockCorrection
 from core.comparison.excess import Share
@@ -25,6 +25,8 @@ def _finite(value: object) -> object:
 
 
 Value = Annotated[Number | None, BeforeValidator(_finite)]
+NoiseRatio = Annotated[Value, Field(validation_alias=AliasChoices("noise_ratio", "in_noise_floors"))]
+"""RMS of an error in multiples of that of a correct model; earlier versions stored it by another name."""
 
 
 class Result(BaseModel):
@@ -40,7 +42,7 @@ class MisfitOut(Result):
     nrmse: Value = Field(description="RMS of the error over RMS of the measured value.")
     fitting_rate: Value = Field(description="%, as the paper defines it.")
     noise_floor: Value = Field(description="RMS of the error of a correct model, in the unit of `rms`.")
-    in_noise_floors: Value = Field(description="RMS of the error in multiples of the floor.")
+    noise_ratio: NoiseRatio = Field(description="RMS of the error in multiples of the floor.")
 
     @classmethod
     def of(cls, misfit: Misfit) -> "MisfitOut":
@@ -50,7 +52,7 @@ class MisfitOut(Result):
             nrmse=misfit.nrmse,
             fitting_rate=misfit.fitting_rate,
             noise_floor=misfit.floor,
-            in_noise_floors=misfit.noise_ratio,
+            noise_ratio=misfit.noise_ratio,
         )
 
 
@@ -288,7 +290,7 @@ class UnexplainedOut(Result):
     """Structure that remains in the residual, and its size."""
 
     share: Value = Field(description="Share of the residual's power that a regression on the motion predicts.")
-    in_noise_floors: Value = Field(description="RMS of the rest in multiples of the floor.")
+    noise_ratio: NoiseRatio = Field(description="RMS of the rest in multiples of the floor.")
     of_excess: Value = Field(
         default=None,
         description="Share of the excess error (the power beyond the noise) that no effect explains.",
@@ -327,7 +329,7 @@ class DirectionOut(Result):
     effects: list[str] = Field(description="Missing effects, one after the other.")
     only_here: list[str] = Field(description="Those of them that are not missing in the other direction.")
     resembles: list[str] = Field(description="If the outcome is `unknown`: the nearest effects.")
-    in_noise_floors: Value = Field(description="Noise ratio with these effects.")
+    noise_ratio: NoiseRatio = Field(description="Noise ratio with these effects.")
 
 
 class Findings(Result):

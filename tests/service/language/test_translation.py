@@ -95,6 +95,23 @@ def test_names_of_effects_stay_though_a_computation_with_few_of_them_asks_first(
 
 
 @pytest.mark.parametrize(
+    ("english", "japanese"),
+    [
+        (
+            "Storey drift over height (below 6F, direction x, estimated): 1.14 %, beyond the action limit (active)",
+            "層間変形角（6F の下、x 方向、推定値）：1.14 %、要対応のしきい値を超過（発報中）",
+        ),
+        (
+            "Floor acceleration (roof, direction x): 320 gal, perhaps beyond the action limit (active)",
+            "床加速度（roof、x 方向）：320 gal、要対応のしきい値を超えている可能性があります（発報中）",
+        ),
+    ],
+)
+def test_an_alert_about_a_limit_is_translated_with_its_state(english: str, japanese: str) -> None:
+    assert said(english, "ja") == japanese
+
+
+@pytest.mark.parametrize(
     "text", ["", "12 mm", "KIS01", "Tower 29", "x" * 5000, "No message is like it.", "Lack of one"]
 )
 def test_what_no_message_fits_is_not_translated(text: str) -> None:

@@ -50,14 +50,14 @@ def test_the_failure_lies_where_the_layer_meets_the_wall(compared: Compared, moa
 
 def test_the_weak_earthquake_is_noise_and_the_strong_one_is_not(compared: Compared) -> None:
     """Noise ratio 2: the noise of an estimated force is itself an estimate."""
-    weak, strong = (event["force"]["in_noise_floors"] for event in compared.document["events"])
+    weak, strong = (event["force"]["noise_ratio"] for event in compared.document["events"])
     assert weak < 2 < strong
 
 
 def test_errors_hang_together(compared: Compared) -> None:
     for event in compared.document["events"]:
         force = event["force"]
-        assert force["rms"] == pytest.approx(force["in_noise_floors"] * force["noise_floor"])
+        assert force["rms"] == pytest.approx(force["noise_ratio"] * force["noise_floor"])
         assert force["fitting_rate"] == pytest.approx(100 * (1 - force["nrmse"]), abs=0.5)  # but for the mean
         assert list(event["prediction"]["accelerations"]) == ["1F", "4F", "RF"]
     every = compared.document["all"]["force"]["rms"] ** 2
