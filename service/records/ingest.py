@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from types import MappingProxyType
 
-from sqlalchemy import select, update
+from sqlalchemy import ColumnElement, TextClause, select, update
 from sqlalchemy.orm import Session
 
 from service import formats, parsing
@@ -13,7 +13,7 @@ from service.buildings.description import BuildingFile
 from service.buildings.locking import locked
 from service.buildings.tables import Building
 from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
-from service.formats.trace import extent, overlapping
+from service.formats.trace import Span, extent, overlapping
 from service.parsing import ParserDiedError
 from service.records import continuous, events
 from service.records.file_store import LostFileError
@@ -32,6 +32,14 @@ CLOCK_SLACK = timedelta(days=1)
 
 FAILED_BEFORE = (REJECTED, Recording.failures > 0, Recording.version != VERSION)
 """Conditions on a recording at which an earlier version of the code failed."""
+
+
+class NotYetError(FormatError):
+    """Records that end later than it is by the service's clock, which may be the one that is wrong."""
+
+    def __init__(self, message: str, span: Span) -> None:
+        super().__init__(message)
+        self.span = span
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +158,8 @@ def _take_in(
         if isinstance(error, UnknownUnitError):
             recording.kind = "waveforms"
         recording.state, recording.reason = "refused", storable(_refusal(recording.name, error, described))
+        # a rejected recording has times only if it is read again once they are past
+        recording.start, recording.end = error.span if isinstance(error, NotYetError) else (None, None)
         return
     omitted = _omitted(contents, described)
     recording.reason = None if omitted is None else storable(omitted)
@@ -196,6 +206,17 @@ def read_again_with_this_version(session: Session, building: Building) -> None:
     session.execute(of_building.values(state="stored", failures=0))
 
 
+def past_by(moment: ColumnElement[datetime] | datetime) -> Sequence[ColumnElement[bool] | TextClause]:
+    """Conditions on a recording that was rejected as of the future and ends by a moment, CLOCK_SLACK from now."""
+    return REJECTED, Recording.end <= moment, Recording.content.has(is_there())
+
+
+def read_again_what_is_past(session: Session, building: Building, now: datetime) -> None:
+    """Read again the recordings that were rejected as of the future and no longer are: the clock has been set."""
+    of_building = update(Recording).where(Recording.building_id == building.id, *past_by(now + CLOCK_SLACK))
+    session.execute(of_building.values(state="stored", failures=0))
+
+
 def _read_again_with_gains(session: Session, building: Building) -> None:
     """Read again the recordings that were rejected, or used in part, because a unit was missing."""
     wanting = select(Recording).where(
@@ -212,14 +233,16 @@ def _is_continuous(described: BuildingFile) -> bool:
     return described.source is not None and described.source.data == "continuous"
 
 
-def _check_clock(traces: Iterable[Trace], now: datetime) -> None:
+def _check_clock(traces: Sequence[Trace], now: datetime) -> None:
     for trace in traces:
         start, end = trace.span
-        if start < CLOCK_SET or end > now + CLOCK_SLACK:
-            raise FormatError(
-                f"{trace.channel} was recorded from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} UTC by its "
-                f"clock, but it is {now:%Y-%m-%d %H:%M} now; set the logger's clock and correct the times of this file"
-            )
+        if start >= CLOCK_SET and end <= now + CLOCK_SLACK:
+            continue
+        problem = (
+            f"{trace.channel} was recorded from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} UTC by its "
+            f"clock, but it is {now:%Y-%m-%d %H:%M} now; set the logger's clock and correct the times of this file"
+        )
+        raise FormatError(problem) if start < CLOCK_SET else NotYetError(problem, extent(traces))
 
 
 def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Settings) -> None:

@@ -7,11 +7,12 @@ polls that brought nothing. Where none waits, each poll reads and stores for its
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import cache
 from threading import Lock
 from time import monotonic
 
-from sqlalchemy import Update, bindparam, exists, update
+from sqlalchemy import Update, bindparam, exists, or_, update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings.queries import latest_revision
@@ -19,7 +20,7 @@ from service.buildings.tables import Building
 from service.db.base import Base
 from service.db.select import Line, Question
 from service.db.sessions import reading
-from service.records.ingest import FAILED_BEFORE
+from service.records.ingest import CLOCK_SLACK, FAILED_BEFORE, past_by
 from service.records.tables import STORED, Recording, SourceState
 
 MANY = 50
@@ -49,7 +50,7 @@ class PolledTogether:
     """By the building's number: s of the timer, and columns of its source's state that are not stored yet."""
     _ending: Lock = field(default_factory=Lock)
 
-    def found(self, code: str) -> Line | None:
+    def found(self, code: str, now: datetime) -> Line | None:
         """A building and the state of its source, as `polled` selects them; None if there is no such building."""
         with self._reading:
             self._forget_old()
@@ -57,7 +58,8 @@ class PolledTogether:
                 return self._read.pop(code)[1]
             codes = [code, *(one for one in self.waiting(MANY) if one not in self._read)]
             with reading(self.sessions)() as session:
-                lines = {one.Building.code: one for one in session.execute(polled(), {"codes": codes})}
+                asked = {"codes": codes, "past": now + CLOCK_SLACK}
+                lines = {one.Building.code: one for one in session.execute(polled(), asked)}
             self._read.update({one: (monotonic(), line) for one, line in lines.items() if one != code})
             return lines.get(code)
 
@@ -111,14 +113,19 @@ def end(columns: Collection[str]) -> Update:
 
 @cache
 def polled() -> Question:
-    """(Building, Revision, SourceState | None, is_to_read, is_to_read_again) of the buildings of `codes`."""
+    """(Building, Revision, SourceState | None, is_to_read, is_to_read_again) of the buildings of `codes`.
+
+    What was rejected as of the future is to be read again if it ends by `past`.
+    """
     number = Recording.building_id == Building.id
     return (
         latest_revision()
         .add_columns(
             SourceState,
             exists().where(number, STORED).label("is_to_read"),
-            exists().where(number, *FAILED_BEFORE).label("is_to_read_again"),
+            or_(*(exists().where(number, *again) for again in (FAILED_BEFORE, past_by(bindparam("past"))))).label(
+                "is_to_read_again"
+            ),
         )
         .outerjoin(SourceState, SourceState.building_id == Building.id)
         .where(Building.code.in_(bindparam("codes", expanding=True)))

@@ -27,6 +27,7 @@ from service.records.ingest import (
     next_stored,
     not_begun,
     parse,
+    read_again_what_is_past,
     read_again_with_this_version,
     reading_failed,
     take_in,
@@ -127,7 +128,7 @@ class SourcePoller:
             return self._poll(code)
 
     def _poll(self, code: str) -> bool:
-        found = self.together.found(code)
+        found = self.together.found(code, self.clock())
         if found is None:
             with self.sessions() as session:
                 building_store.find(session, code)  # raises
@@ -136,6 +137,7 @@ class SourcePoller:
         if found.is_to_read_again:
             with self.sessions.begin() as session:
                 read_again_with_this_version(session, building)
+                read_again_what_is_past(session, building, self.clock())
         if self.stopped():
             return True
         if found.is_to_read_again or found.is_to_read:  # stored by an interrupted poll, or readable by now

@@ -153,6 +153,7 @@ class Recording(Base):
     version: Mapped[str | None]
     """Version of the code that read it, or failed."""
     start: Mapped[datetime | None]
+    """Of what was read; None if it was refused, unless as of the future: then it is read again once that is past."""
     end: Mapped[datetime | None]
     content: Mapped[Content | None] = relationship()
     building: Mapped[Building] = relationship()

@@ -43,8 +43,8 @@ class RecordingOut(Answer):
     reason: str | None = Field(
         description="Why it was rejected, or what of a file that was read could not be used; null where nothing was."
     )
-    start: datetime | None = Field(description="First sample; null where none could be used.")
-    end: datetime | None = Field(description="Last sample; null where none could be used.")
+    start: datetime | None = Field(description="First sample, even if of the future; null where none could be used.")
+    end: datetime | None = Field(description="Last sample, even if of the future; null where none could be used.")
     deleted_at: datetime | None = Field(description="When its bytes were deleted; null while they are kept.")
     deleted_by: str | None = Field(
         description="Setting that allowed it; null while they are kept.", examples=["retention.original_files"]

@@ -108,6 +108,11 @@ def with_late(cuts: Iterable[Cut], packets: Sequence[Packet]) -> list[Cut]:
     return noted
 
 
+def back_to(cuts: Iterable[Cut], number: int) -> list[Cut]:
+    """The cuts, as if the packets from this id on had come after them."""
+    return [replace(cut, upto=min(cut.upto, number - 1)) for cut in cuts]
+
+
 def cut_at(cuts: Iterable[Cut], window: Window) -> Cut | None:
     """The cut that a window overlaps."""
     return next((one for one in cuts if one.start <= window.end and one.end >= window.start), None)

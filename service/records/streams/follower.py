@@ -53,6 +53,10 @@ LOOK = 2.0
 SHARE = 2
 SETTLED = timedelta(seconds=5)
 """Time without a late packet after which an earthquake is cut anew, with those that came. Not tuned."""
+CLOCK_MOVED = 60.0
+"""s by which the clock must have been set ahead for packets of the future to be examined again. Not tuned."""
+EXAMINED = 1000
+"""Packets that are examined again at each look. Not tuned."""
 RETRY, LONGEST_RETRY = 1.0, 60.0
 """s before a second connection, which double up to the longest."""
 
@@ -85,6 +89,10 @@ class Follower:
     """s that the last look took."""
     failures: int = 0
     """Looks in a row that failed."""
+    lead: float = -float("inf")
+    """s, lead of the clock over the timer when packets of the future were last searched, or at its least since."""
+    past: list[int] = field(default_factory=list)
+    """Ids of packets to be examined again: they were rejected as of the future and no longer are."""
 
     def run(self) -> None:
         """Connect, follow, and connect anew where the connection ends; nothing but `stop` ends it."""
@@ -158,7 +166,7 @@ class Follower:
         with self.sessions.begin() as session:
             if not process_leases.hold(session, LEASE + self.building.code, self.holder, now, LEASE_TIME):
                 raise TakenError
-            ring.trim(session, now - keep)
+            ring.trim(session, now - keep, now)
             state = stream_state(session, self.building.id)
             cuts = earthquakes.read_cuts(state.cuts)
             state.cuts = earthquakes.written_cuts(one for one in cuts if one.end > now - keep)
@@ -180,10 +188,8 @@ class Follower:
         channels = self.described.description.channels
         packets = examined(came, channels, self.gains, parsing.limits(self.settings), now)
         with self.sessions.begin() as session:
-            digests = ring.keep(session, self.building, packets, now)
+            new = self._keep(session, packets, now)
             state = stream_state(session, self.building.id)
-            new = [packet for packet in _first(packets) if packet.digest in digests]
-            self._count(state, packets, new, now)
             if is_new:
                 state.connected_since, state.protocol = now, server.protocol
             source = source_state(session, self.building)
@@ -195,6 +201,21 @@ class Follower:
                 source.succeeded_at, source.failing_since, source.error = now, None, None
                 leads = [(one.end - now).total_seconds() for one in new if one.reason is None]
                 source.clock_ahead = max(leads) if leads and max(leads) > 0 else None
+
+    def _keep(self, session: Session, packets: Sequence[Packet], now: datetime) -> list[Packet]:
+        """Keep and count packets; returns those that are new, or were rejected before and can be used now."""
+        state = stream_state(session, self.building.id)
+        mended = ring.mend(session, self.building, packets, now) if state.refused else {}
+        digests = {*ring.keep(session, self.building, packets, now), *mended}
+        new = [packet for packet in _first(packets) if packet.digest in digests]
+        self._count(state, packets, new, now)
+        if mended:  # they are looked at like new ones
+            first = min(mended.values())
+            state.packets -= len(mended)
+            state.refused -= len(mended)
+            state.looked = min(state.looked, first - 1)
+            state.cuts = earthquakes.written_cuts(earthquakes.back_to(earthquakes.read_cuts(state.cuts), first))
+        return new
 
     def _count(self, state: StreamState, packets: Sequence[Packet], new: Sequence[Packet], now: datetime) -> None:
         usable, refused = [one for one in new if one.reason is None], [one for one in new if one.reason is not None]
@@ -216,6 +237,7 @@ class Follower:
         """
         begun = monotonic()
         try:
+            self._examine_again()
             self._look()
         except (FormatError, ParserDiedError, ParserFailedError) as error:
             self.failures += 1
@@ -223,6 +245,33 @@ class Follower:
         else:
             self.failures = 0
         self.looked, self.took = monotonic(), monotonic() - begun
+
+    def _examine_again(self) -> None:
+        """Examine the next packets again that were rejected as of the future, once the clock was set ahead.
+
+        They are searched at first too, because the clock may have been set while nobody followed the stream.
+        """
+        now = self.clock()
+        lead = now.timestamp() - monotonic()
+        with reading(self.sessions)() as session:
+            if lead > self.lead + CLOCK_MOVED:
+                self.past = self._past(session, now)
+                self.lead = lead
+            self.lead = min(self.lead, lead)
+            came = ring.as_received(session, self.past[:EXAMINED]) if self.past else []
+        channels, limits = self.described.description.channels, parsing.limits(self.settings)
+        again = examined(came, channels, self.gains, limits, now)
+        if usable := [packet for packet in again if packet.reason is None]:
+            with self.sessions.begin() as session:
+                self._keep(session, usable, now)
+            log.warning("%d packets of %s are not of the future any more", len(usable), self.building.code)
+        del self.past[:EXAMINED]
+
+    def _past(self, session: Session, now: datetime) -> list[int]:
+        state = session.get(StreamState, self.building.id)
+        if state is None or not state.refused:
+            return []
+        return ring.past(session, self.building.id, now - timedelta(seconds=self.settings.stream.keep), now)
 
     def _look(self) -> None:
         now = self.clock()

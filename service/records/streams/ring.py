@@ -1,16 +1,18 @@
 """The ring buffer: a stream's packets in the database, as they came, for as long as the settings say."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import delete, select
+from sqlalchemy import and_, delete, not_, select, update
 from sqlalchemy.orm import Session
 
 from service.buildings.tables import Building
 from service.db.upsert import insert_into
+from service.records.ingest import CLOCK_SLACK
 from service.records.recordings import storable
 from service.records.streams.packets import Packet
+from service.records.streams.seedlink import Received
 from service.records.tables import Packet as Kept
 
 LARGEST_SEQUENCE = 2**63 - 1
@@ -27,6 +29,33 @@ def keep(session: Session, building: Building, packets: Sequence[Packet], now: d
     rows = [_row(building, packet, now) for packet in packets]
     insert = insert_into(session, Kept).on_conflict_do_nothing().returning(Kept.sha256)
     return frozenset(session.scalars(insert, rows))
+
+
+def mend(session: Session, building: Building, packets: Sequence[Packet], now: datetime) -> Mapping[str, int]:
+    """Make those packets usable that were rejected before and can be used now; returns their ids by digest."""
+    usable = [one.digest for one in packets if one.reason is None]
+    rejected = (Kept.building_id == building.id, Kept.sha256.in_(usable), Kept.reason.is_not(None))
+    mended = update(Kept).where(*rejected).values(reason=None, received_at=now).returning(Kept.sha256, Kept.id)
+    found = session.execute(mended, execution_options={"synchronize_session": False})
+    return {one.sha256: one.id for one in found}
+
+
+def past(session: Session, building_id: int, before: datetime, now: datetime) -> list[int]:
+    """Ids of the packets that were rejected as of the future and no longer are, in order of time.
+
+    All packets since `before` are read for it.
+    """
+    times = select(Kept.id, Kept.end, Kept.received_at).where(
+        Kept.building_id == building_id, Kept.end > before, Kept.end <= now + CLOCK_SLACK, Kept.reason.is_not(None)
+    )
+    rows = session.execute(times.order_by(Kept.end, Kept.id))
+    return [number for number, end, received_at in rows if end > received_at + CLOCK_SLACK]
+
+
+def as_received(session: Session, numbers: Sequence[int]) -> list[Received]:
+    """Packets as they came, by their ids."""
+    columns = select(Kept.station, Kept.sequence, Kept.data).where(Kept.id.in_(numbers))
+    return [Received(*row) for row in session.execute(columns.order_by(Kept.id))]
 
 
 def _row(building: Building, packet: Packet, now: datetime) -> dict[str, Any]:
@@ -57,9 +86,14 @@ def between(session: Session, building_id: int, start: datetime, end: datetime) 
     return b"".join(session.scalars(select(Kept.data).where(*within).order_by(Kept.channel, Kept.start, Kept.id)))
 
 
-def trim(session: Session, before: datetime) -> None:
-    """Remove the oldest packets, of all buildings, if they came before a time; TRIMMED of them at most."""
-    oldest = select(Kept.id, Kept.received_at).order_by(Kept.id).limit(TRIMMED).with_for_update(skip_locked=True)
+def trim(session: Session, before: datetime, now: datetime) -> None:
+    """Remove the oldest packets, of all buildings, if they came before a time; TRIMMED of them at most.
+
+    Rejected ones that are later than that by their own time stay: they came while the machine's clock was set back.
+    """
+    came_early = and_(Kept.reason.is_not(None), Kept.end >= before, Kept.end <= now + CLOCK_SLACK)
+    oldest = select(Kept.id, Kept.received_at).where(not_(came_early)).order_by(Kept.id).limit(TRIMMED)
+    oldest = oldest.with_for_update(skip_locked=True)
     old = [number for number, received_at in session.execute(oldest) if received_at < before]
     if old:
         session.execute(delete(Kept).where(Kept.id.in_(old)))

@@ -190,6 +190,36 @@ def set_back(folder: Path) -> set[int]:
 
 
 @pytest.mark.slow
+def test_a_record_that_came_while_the_clock_was_set_back_is_read_when_it_is_right(
+    url: str, incoming: Path, tmp_path: Path, clock: FakedClock
+) -> None:
+    """It is rejected as of the future first; one earthquake comes of it."""
+    clock.ahead(-3 * 86400)
+    with polling(tmp_path, url, clock):
+        record = stream(datetime.now(UTC) - timedelta(minutes=2), seconds=5)
+        (incoming / "a.mseed").write_bytes(miniseed(record))
+        until_states(url, ["refused"])
+        clock.ahead(0)
+        until_states(url, ["read"])
+        until_looked_again(url, 0)
+    with opened.sessions(url)() as session:
+        assert session.scalars(select(Event.state)).all() == ["queued"]
+        assert session.scalar(select(func.count()).select_from(Job)) == 1
+        assert session.scalars(select(Recording.state)).all() == ["read"]
+
+
+def until_states(url: str, states: list[str]) -> None:
+    """The recordings have these states."""
+    end = monotonic() + 120
+    while True:
+        with opened.sessions(url)() as session:
+            if session.scalars(select(Recording.state)).all() == states:
+                return
+        assert monotonic() < end, "looks have stopped"
+        sleep(0.1)
+
+
+@pytest.mark.slow
 def test_looks_go_on_after_a_poller_died_whose_clock_was_ahead(
     url: str, incoming: Path, tmp_path: Path, clock: FakedClock
 ) -> None:

@@ -34,8 +34,14 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         ["ix_event_state_updated_at"],
     ),
     "recordings to be read": (lambda session: next_stored(session, BUILDING), ["ix_recording_stored"]),
-    "the poll of a source": (lambda session: session.execute(polled(), {"codes": ["B"]}), ["ix_recording_stored"]),
-    "recordings to read again": (lambda session: session.execute(polled(), {"codes": ["B"]}), ["ix_recording_refused"]),
+    "the poll of a source": (
+        lambda session: session.execute(polled(), {"codes": ["B"], "past": NOW}),
+        ["ix_recording_stored"],
+    ),
+    "recordings to read again": (
+        lambda session: session.execute(polled(), {"codes": ["B"], "past": NOW}),
+        ["ix_recording_refused"],
+    ),
     "neglected jobs": (lambda session: job_queue.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
     "last progress": (
         lambda session: job_queue.last_progress(session, NOW, LEASE),

@@ -154,6 +154,55 @@ def test_what_was_stored_before_a_crash_is_read_at_the_next_look(sessions: sessi
         assert session.scalars(select(Event)).one().state == "queued"
 
 
+def test_what_came_while_the_clock_was_set_back_is_read_once_it_is_right(
+    sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    """Once, and without another look at the file; what a logger's clock dates ahead stays rejected."""
+    ahead, incoming = miniseed(stream(NOW + timedelta(days=40))), tmp_path / "in"
+    incoming.mkdir()
+    for name, data in (("good", miniseed(stream(NOW - timedelta(minutes=5)))), ("ahead", ahead)):
+        (incoming / f"{name}.mseed").write_bytes(data)
+        os.utime(incoming / f"{name}.mseed", (0, 0))
+    add(sessions, "folder", str(incoming))
+
+    def states() -> dict[str, str]:
+        with sessions() as session:
+            return {one.name: one.state for one in session.scalars(select(Recording))}
+
+    for back in (timedelta(days=3), timedelta(days=2)):
+        look(sessions, NOW - back)
+        assert states() == {"good.mseed": "refused", "ahead.mseed": "refused"}
+    (incoming / "good.mseed").unlink()
+    for _ in range(2):
+        look(sessions, NOW)
+        assert states() == {"good.mseed": "read", "ahead.mseed": "refused"}
+    with sessions() as session:
+        assert [one.state for one in session.scalars(select(Event))] == ["queued"]
+        assert len(session.scalars(select(Job)).all()) == 1
+    assert len(stored(sessions)) == 3
+
+
+def test_what_is_rejected_for_another_reason_has_no_times_and_is_not_read_again(
+    sessions: sessionmaker[Session],
+) -> None:
+    """Not even if it was read before: it would be read at every poll."""
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        building = building_store.find(session, "TOWER")
+        recording = ingest(session, building, "a", "/a", miniseed(stream()), NOW, settings=SETTINGS)
+        assert (recording.state, recording.start) == ("read", START)
+        strange = building_file("folder", "/nowhere").replace("XX.TOWER", "XX.OTHER")
+        building_store.update_description(session, strange, Path("/"), NOW)
+        recording.state = "stored"
+    look(sessions)
+    with sessions() as session:
+        recording = session.scalars(select(Recording)).one()
+        assert (recording.state, recording.start, recording.end) == ("refused", None, None)
+    found = SourcePoller(sessions, SETTINGS).together.found("TOWER", NOW)
+    assert found is not None
+    assert (found.is_to_read, found.is_to_read_again) == (False, False)
+
+
 def test_a_poller_that_is_to_stop_leaves_the_other_files_to_the_next_poll(sessions: sessionmaker[Session]) -> None:
     """Also at the start of a poll, where files of an interrupted one are waiting."""
     with sessions.begin() as session:

@@ -114,6 +114,71 @@ def test_an_earthquake_is_cut_when_it_is_over_and_not_before(sessions: sessionma
     assert_whole(sessions, SENT)
 
 
+BACK = NOW - timedelta(days=3)
+
+
+@pytest.mark.parametrize("way", ["look", "again", "restart"])
+def test_what_came_while_the_clock_was_set_back_is_used_once_it_is_right(
+    sessions: sessionmaker[Session], way: str
+) -> None:
+    """With the next look, or when it is sent again, or after a restart; removing of old packets leaves it."""
+    one, half = follower(sessions), len(RECORDS) // 2
+    one.keep(SERVER, received(RECORDS[:half]))
+    one.look()
+    one.clock = lambda: BACK
+    one.keep(SERVER, received(RECORDS[half:], first=half + 1))
+    one.look()
+    assert (state(sessions).refused, state(sessions).packets) == (len(RECORDS) - half, len(RECORDS))
+    one = follower_after_a_restart(one) if way == "restart" else one
+    one.clock = lambda: NOW
+    one.hold()
+    if way == "again":
+        one.keep(SERVER, received(RECORDS, first=1))
+    for _ in range(2):
+        one.look()
+    after = state(sessions)
+    assert (after.refused, after.packets) == (0, len(RECORDS))
+    assert after.doubles == (half if way == "again" else 0)
+    assert {flow["missing"] for flow in after.channels.values()} == {0.0}
+    assert len(cut(sessions)) == 1
+    assert_whole(sessions, SENT)
+    with sessions() as session:
+        assert session.scalars(select(Event)).one().state == "queued"
+        assert session.scalar(select(func.count()).select_from(Job)) == 1
+        assert not session.scalar(select(func.count()).where(Packet.reason.is_not(None)))
+
+
+def test_packets_of_a_time_long_gone_or_still_to_come_are_removed(sessions: sessionmaker[Session]) -> None:
+    """Of those that came early, only the ones that have become good by now stay."""
+    one = follower(sessions)
+    one.clock = lambda: BACK
+    one.keep(SERVER, received(RECORDS[:30]))
+    for days, left in ((0, 30), (-1.5, 0)):
+        one.clock = lambda days=days: NOW + timedelta(days=days)
+        one.hold()
+        assert kept(sessions) == left
+
+
+def test_an_earthquake_of_which_only_a_part_came_early_is_cut_anew(sessions: sessionmaker[Session]) -> None:
+    """The packets of one channel were rejected, and are examined again after those of the others were cut out."""
+    one = follower(sessions)
+    early = [data for data in RECORDS if b"02HNX" in data[:20]]
+    one.clock = lambda: BACK
+    one.keep(SERVER, received(early))
+    one.clock = lambda: NOW
+    one.keep(SERVER, received([data for data in RECORDS if data not in early], first=len(early) + 1))
+    one.lead = float("inf")  # as if so many came early that it is not their turn yet
+    one.look()
+    assert (state(sessions).refused, len(cut(sessions))) == (len(early), 1)
+    one.lead = -float("inf")
+    one.look()
+    one.clock = lambda: NOW + timedelta(seconds=10)
+    one.look()
+    one.look()
+    assert (state(sessions).refused, len(cut(sessions))) == (0, 2)
+    assert_covered(sessions)
+
+
 def follower_after_a_restart(one: Follower) -> Follower:
     return Follower(
         one.sessions, one.settings, one.building, one.described, one.source, "here", one.clock, gains=one.gains
