@@ -6,6 +6,7 @@ indexes alone.
 
 import time
 from collections.abc import Callable, Collection, Mapping
+from datetime import UTC, datetime
 from functools import cache
 
 from prometheus_client import CollectorRegistry, Histogram, generate_latest
@@ -16,6 +17,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.alerts.tables import Alert
 from service.analyses.tables import Analysis
+from service.buildings.queries import latest_revision
+from service.buildings.store import parsed
 from service.buildings.tables import Building
 from service.db.process_leases import NOTIFYING, POLLING, WORKING
 from service.db.select import Question
@@ -85,8 +88,15 @@ def stream_packets(session: Session) -> Counted:
 
 
 def stream_latencies(session: Session) -> Counted:
-    """s from the last sample of the slowest channel to its arrival, by code of the building."""
-    return _of_streams(session, lambda flows: max((one.latency for one in flows), default=0.0))
+    """s by which the slowest channel of a live stream lies behind now, by code of the building."""
+    return latencies(session, datetime.now(UTC))
+
+
+def latencies(session: Session, now: datetime) -> Counted:
+    """The same at any time. A channel of the description that never came counts from the connection."""
+    query = latest_revision().add_columns(StreamState).join(StreamState, StreamState.building_id == Building.id)
+    flows = {row.Building.code: flow.of_stream(row.StreamState, parsed(row.Revision)) for row in session.execute(query)}
+    return {code: max(one.latency(now) for one in channels.values()) for code, channels in flows.items() if channels}
 
 
 def stream_gaps(session: Session) -> Counted:
@@ -199,7 +209,7 @@ GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
         stream_packets,
     ),
     "menshin_stream_latency_seconds": (
-        "From the last sample of the live stream's slowest channel to its arrival, s.",
+        "How far the slowest channel of the live stream lies behind now, s; absent before the first connection.",
         "building",
         stream_latencies,
     ),

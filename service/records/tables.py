@@ -98,7 +98,8 @@ class StreamState(Base):
     problem: Mapped[str | None] = mapped_column(Text)
     """Why the last of these could not."""
     channels: Mapped[dict[str, Any]]
-    """Of each channel, by id: `reached`, `latency`, `gaps` and `missing`, as service.records.streams.flow writes it."""
+    """Of each channel, by id: `reached`, `arrived`, `gaps`, `missing` and `has_sent`, as service.records.streams.flow
+    writes it."""
     looked: Mapped[int] = mapped_column(BigInteger)
     """Id of the last packet that the trigger has seen."""
     shaking: Mapped[list[dict[str, Any]]]

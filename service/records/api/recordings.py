@@ -1,6 +1,6 @@
 """Monitoring servers and the files received from them, in the API and on a page, with the reasons of rejections."""
 
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -10,6 +10,7 @@ from service.access.pages import reader
 from service.addresses import without_credentials
 from service.alerts.api import AnyBuilding
 from service.buildings import queries as building_queries
+from service.buildings.description import BuildingFile
 from service.buildings.schema import Sources
 from service.buildings.store import described, parsed
 from service.http.paging import AfterCode, Before, Limit, next_code, next_number, page_by_number, rows_of
@@ -108,7 +109,7 @@ def of_building(
             source=source,
             location=without_credentials(source.location) if source else "",
             doing=session.get(SourceState, building.id),
-            **_live(stream),
+            **_live(stream, file, datetime.now(UTC), timedelta(seconds=request.app.state.settings.stream.silence)),
             rows=rows,
             state=state,
             rejected=queries.rejected_counts(session, [building.id]).get(building.id, 0),
@@ -117,13 +118,16 @@ def of_building(
         )
 
 
-def _live(stream: StreamState | None) -> dict[str, Any]:
+def _live(stream: StreamState | None, file: BuildingFile, now: datetime, silence: timedelta) -> dict[str, Any]:
     """State of a live stream, as the page shows it."""
     if stream is None:
         return {"stream": None}
+    flows = flow.of_stream(stream, file)
     return {
         "stream": stream,
-        "flows": flow.read(stream.channels),
+        "flows": flows,
+        "latencies": {channel: one.latency(now) for channel, one in flows.items()},
+        "silent": {channel: one for channel, one in flows.items() if one.is_silent(now, silence)},
         "shaking": earthquakes.read_shaking(stream.shaking),
     }
 

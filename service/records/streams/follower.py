@@ -192,6 +192,9 @@ class Follower:
             state = stream_state(session, self.building.id)
             if is_new:
                 state.connected_since, state.protocol = now, server.protocol
+                flows = flow.read(state.channels)
+                requested = flow.of_channels(flows, [channel.id for channel in channels], now)
+                state.channels = flow.written(flows | requested)  # a later connection does not hide a silent channel
             source = source_state(session, self.building)
             source.cursor = _position(source.cursor, server, packets)
             source.attempted_at = source.looked_at = now

@@ -125,7 +125,6 @@ def test_metrics_show_what_the_database_holds(database_url: str, sessions: sessi
         ("menshin_last_good_record_timestamp_seconds", "A"): END.timestamp(),
         ("menshin_source_failing_since_timestamp_seconds", "A"): END.timestamp(),
         ("menshin_stream_last_packet_timestamp_seconds", "B"): END.timestamp(),
-        ("menshin_stream_latency_seconds", "B"): 4,
         ("menshin_stream_gaps", "B"): 3,
         ("menshin_stream_missing_seconds", "B"): 7.5,
         ("menshin_stream_packets_refused", "B"): 1,

@@ -76,6 +76,12 @@ def test_every_rule_raises_what_it_should_and_only_then() -> None:
         assert f"{{alertname: {name}, " in tests, f"{name} is never quiet in a test"
 
 
+def test_the_page_about_the_rules_counts_them() -> None:
+    of_service, of_buildings = (FOLDER / "alerts.yaml").read_text("utf-8").split("name: menshin buildings")
+    counts = f"{of_service.count('- alert:')} about the service and {of_buildings.count('- alert:')} about buildings"
+    assert counts in (FOLDER.parents[1] / "docs" / "operate" / "running.md").read_text("utf-8")
+
+
 def test_prometheus_can_read_the_configuration_and_every_line_of_the_dashboard(tmp_path: Path) -> None:
     promtool("check", "config", "--syntax-only", "prometheus.yaml")
     rules = [{"record": f"line_{number}", "expr": expression} for number, (expression, _) in enumerate(panels())]
