@@ -3,11 +3,13 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 from collections.abc import Iterator, Mapping
 from fnmatch import fnmatch
 from importlib.metadata import requires
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ import yaml
 from compose_spec import PyCompose
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from typer.core import TyperGroup
 
 from service.cli import app
 from service.settings import FILE_VARIABLE, KEY_VARIABLE, Settings, settings_by_name
@@ -176,6 +179,58 @@ def test_systemd_accepts_the_units_and_finds_them_confined(unit: str, tmp_path: 
         [SYSTEMD, "security", "--offline=yes", "--threshold=20", copy], capture_output=True, text=True
     )
     assert judged.returncode == 0, judged.stdout[-2000:]  # exposure 1.6 of 10, measured
+
+
+HEADS = ("compose.yaml", "kubernetes/menshin.yaml", "systemd/menshin.service", "systemd/menshin@.service")
+NEEDED = {"login", "key create NAME --role admin", "building add FILE", "doctor"}
+"""What every installation needs after its start."""
+IN_TEXT = re.compile(r"^ *(?:docker compose .* api |kubectl .* -- )?menshin (\w[^<\n]*)", re.MULTILINE)
+AS_SERVICE = re.compile(r"^menshin\(\) \{\n  systemd-run (.*?) \S+/menshin \"\$@\"\n\}$", re.MULTILINE | re.DOTALL)
+
+OF_COMMANDS = ("User=", "Group=", "UMask=", "WorkingDirectory=", "Environment=", "EnvironmentFile=")
+"""Properties of a unit that its commands need."""
+
+
+def head(name: str) -> str:
+    """The comment at the head of a file of an installation."""
+    lines = (DOCKER / name).read_text("utf-8").splitlines()
+    return "\n".join(line[1:].removeprefix("   ") for line in lines if line.startswith("#"))
+
+
+def running() -> str:
+    """The document on installations, without the indentation of its commands."""
+    text = (ROOT / "docs" / "operate" / "running.md").read_text("utf-8")
+    return re.sub("^    ", "", text, flags=re.MULTILINE)
+
+
+def commands(text: str) -> list[list[str]]:
+    """Arguments of the `menshin ...` that the lines of a text run."""
+    return [shlex.split(found, comments=True) for found in IN_TEXT.findall(text)]
+
+
+@pytest.mark.parametrize("name", [*HEADS, None])
+def test_every_installation_says_how_to_log_in_and_to_add_a_building(name: str | None) -> None:
+    found = commands(running() if name is None else head(name))
+    assert {" ".join("FILE" if one.startswith("/") else one for one in each) for each in found} >= NEEDED
+    for arguments in found:
+        command, rest = typer.main.get_command(app), [str(EXAMPLE) if one[0] == "/" else one for one in arguments]
+        while isinstance(command, TyperGroup):
+            command = command.commands[rest.pop(0)]
+        command.make_context("menshin", rest)  # as the command line does, or it raises
+
+
+@pytest.mark.parametrize("unit", [name for name in HEADS if name.startswith("systemd")])
+def test_commands_have_account_and_environment_of_the_units(unit: str) -> None:
+    (given,) = AS_SERVICE.findall(head(unit))
+    assert AS_SERVICE.findall(running()) == [given]
+    options = shlex.split(given.replace("\\\n", " "))
+    properties = {value for name, value in pairwise(options) if name == "-p"}
+    lines = (DOCKER / unit).read_text("utf-8").splitlines()
+    assert properties == {line for line in lines if line.startswith(OF_COMMANDS)}
+    if (program := shutil.which("systemd-run")) is None:
+        pytest.skip("systemd-run is not installed")
+    helped = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
+    assert all(one in helped.split() for one in options if one.startswith("--"))
 
 
 @pytest.fixture(scope="module")
