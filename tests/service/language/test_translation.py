@@ -103,7 +103,7 @@ def test_names_of_effects_stay_though_a_computation_with_few_of_them_asks_first(
         ),
         (
             "Floor acceleration (roof, direction x): 320 gal, perhaps beyond the action limit (active)",
-            "床加速度（roof、x 方向）：320 gal、要対応のしきい値を超えている可能性があります（発報中）",
+            "床応答加速度（roof、x 方向）：320 gal、要対応のしきい値を超えている可能性があります（発報中）",
         ),
     ],
 )
