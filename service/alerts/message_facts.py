@@ -5,6 +5,7 @@ another earthquake raised it: late or reordered results do not repeat an alert a
 too, until it no longer holds.
 """
 
+from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -20,11 +21,11 @@ from service.alerts.candidates import active_parts
 from service.alerts.lifecycle import CLOSED, ON_HOLD, PENDING, REPORTED, has_changed
 from service.alerts.tables import Alert, Silence
 from service.analyses import queries as analysis_queries
-from service.analyses.tables import Analysis
+from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.records.tables import Event
-from service.verdict import reading
+from service.verdict import earthquakes
 from service.verdict.assessment import Assessment
 
 GRAVITY = ("limit", "deterioration", "sensor", "model", "recovery", "data")
@@ -113,6 +114,17 @@ class EventFacts:
         return max(self.displacements.values(), default=None) if self.resultant is None else self.resultant
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ReportedEvent:
+    """An earthquake that messages report."""
+
+    event: Event
+    alerts: Collection[int]
+    """Numbers of the alerts in its earlier messages."""
+    as_of: datetime | None = None
+    """The verdict counts the alerts that were open at that time; None: those that are open now."""
+
+
 @dataclass(frozen=True, slots=True)
 class Report:
     """The earthquake whose messages report an alert."""
@@ -124,49 +136,59 @@ class Report:
 
 
 def event_facts(
-    session: Session,
-    event: Event,
-    reported: Collection[int],
-    now: datetime,
-    as_of: datetime | None = None,
-) -> EventFacts:
-    """The facts that a message about an event reports.
+    session: Session, building: Building, reported: Sequence[ReportedEvent], now: datetime
+) -> list[EventFacts]:
+    """The facts that a message about each event reports, in their order, by as many statements as one event takes.
 
     Args:
         session: to read with.
-        event: one that was analysed, refused, or failed.
-        reported: numbers of the alerts in its earlier messages.
+        building: of the events.
+        reported: events that were analysed, refused, or failed.
         now: aware time.
-        as_of: the verdict counts the alerts that were open at that time; None: those that are open now.
     """
-    building = session.get_one(Building, event.building_id)
     zone = ZoneInfo(building_store.described(session, building).timezone)
-    current = Analysis.event_id == event.id, Analysis.current, Analysis.refusal.is_(None)
-    analysis = session.scalars(select(Analysis).where(*current)).one_or_none() if event.state == "analysed" else None
-    results = analysis_queries.direction_results(session, analysis.id) if analysis else ()
-    layer = analysis_queries.layer_result(session, analysis.id) if analysis else None
-    alerts, moved = _alerts_of_event(session, event, reported, zone, now)
-    return EventFacts(
-        id=event.id,
-        building_id=building.id,
-        code=building.code,
-        name=building.name,
-        start=event.start.astimezone(zone),
-        end=event.end.astimezone(zone),
-        refusal=None if analysis else (event.reason or "no reason was noted").rstrip("."),
-        pga=analysis.pga if analysis else None,
-        displacements={one.direction: one.peak_displacement for one in results if one.peak_displacement is not None},
-        resultant=layer.peak_resultant if layer else None,
-        residuals={
-            one.direction: (one.residual_displacement, one.residual_displacement_std)
-            for one in results
-            if one.residual_displacement is not None
-        },
-        forces={one.direction: one.peak_force for one in results},
-        assessment=reading.of_event(session, event, as_of),
-        alerts=alerts,
-        moved=moved,
-    )
+    numbers = {one.event.id for one in reported if one.event.state == "analysed"}
+    current = (Analysis.event_id.in_(numbers), Analysis.current, Analysis.refusal.is_(None))
+    analyses = {one.event_id: one for one in session.scalars(select(Analysis).where(*current))}
+    of_analyses = [one.id for one in analyses.values()]
+    results = analysis_queries.by_analysis(session, DirectionResult, of_analyses)
+    layers = analysis_queries.by_analysis(session, LayerResult, of_analyses)
+    verdicts = earthquakes.of_events_at(session, building, [(one.event, one.as_of) for one in reported])
+    alerts = _alerts_of_events(session, building, reported, zone, now)
+    found = []
+    for one, verdict, (here, moved) in zip(reported, verdicts, alerts, strict=True):
+        analysis = analyses.get(one.event.id)
+        number = 0 if analysis is None else analysis.id
+        directions = sorted(results.get(number, ()), key=lambda result: result.direction)
+        layer = next(iter(layers.get(number, ())), None)
+        found.append(
+            EventFacts(
+                id=one.event.id,
+                building_id=building.id,
+                code=building.code,
+                name=building.name,
+                start=one.event.start.astimezone(zone),
+                end=one.event.end.astimezone(zone),
+                refusal=None if analysis else (one.event.reason or "no reason was noted").rstrip("."),
+                pga=analysis.pga if analysis else None,
+                displacements={
+                    result.direction: result.peak_displacement
+                    for result in directions
+                    if result.peak_displacement is not None
+                },
+                resultant=layer.peak_resultant if layer else None,
+                residuals={
+                    result.direction: (result.residual_displacement, result.residual_displacement_std)
+                    for result in directions
+                    if result.residual_displacement is not None
+                },
+                forces={result.direction: result.peak_force for result in directions},
+                assessment=verdict,
+                alerts=here,
+                moved=moved,
+            )
+        )
+    return found
 
 
 def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: datetime) -> AlertFacts:
@@ -227,30 +249,27 @@ def reports_by_alert(session: Session, building_id: int) -> dict[int, Report]:
     return reports
 
 
-def _alerts_of_event(
-    session: Session, event: Event, reported: Collection[int], zone: ZoneInfo, now: datetime
-) -> tuple[tuple[AlertFacts, ...], tuple[AlertFacts, ...]]:
-    """Alerts that are reported with an event, and those that were and are reported with another one now."""
-    silences, reports = queries.silences(session, event.building_id), reports_by_alert(session, event.building_id)
-    here = [
-        _as_reported(alert_facts(alert, silences, zone, now), report)
-        for alert, report in _reported_here(session, event, reports)
-        if alert.state != PENDING and (alert.state not in CLOSED or alert.id in reported)
-    ]
-    moved = [
-        alert_facts(alert, silences, zone, now)
-        for alert in queries.of_numbers(session, reported)
-        if _report(session, alert, reports).event_id != event.id
-    ]
-    return tuple(sorted(here, key=gravity)), tuple(moved)
-
-
-def _reported_here(session: Session, event: Event, reports: Mapping[int, Report]) -> Iterator[tuple[Alert, Report]]:
-    numbers = [number for number, report in reports.items() if report.event_id == event.id]
-    for alert in queries.of_event(session, event.id, numbers):
-        report = _report(session, alert, reports)
-        if report.event_id == event.id:
-            yield alert, report
+def _alerts_of_events(
+    session: Session, building: Building, reported: Sequence[ReportedEvent], zone: ZoneInfo, now: datetime
+) -> Iterator[tuple[tuple[AlertFacts, ...], tuple[AlertFacts, ...]]]:
+    """By event: alerts that are reported with it, and those that were and are reported with another one now."""
+    silences, reports = queries.silences(session, building.id), reports_by_alert(session, building.id)
+    events = {one.event.id for one in reported}
+    here = {number for number, report in reports.items() if report.event_id in events}
+    alerts = queries.of_events(session, events, here.union(*(one.alerts for one in reported)))
+    places = {alert.id: _report(session, alert, reports) for alert in alerts}
+    facts = {alert.id: alert_facts(alert, silences, zone, now) for alert in alerts}
+    at: dict[int, list[int]] = defaultdict(list)
+    for number, place in places.items():
+        at[place.event_id].append(number)
+    for one in reported:
+        shown = [
+            _as_reported(facts[number], places[number])
+            for number in at[one.event.id]
+            if facts[number].state != PENDING and (not facts[number].has_ended or number in one.alerts)
+        ]
+        moved = [facts[number] for number in sorted(one.alerts) if places[number].event_id != one.event.id]
+        yield tuple(sorted(shown, key=gravity)), tuple(moved)
 
 
 def _report(session: Session, alert: Alert, reports: Mapping[int, Report]) -> Report:

@@ -20,6 +20,7 @@ from service.alerts.message_content import (
 )
 from service.alerts.message_facts import (
     GRAVITY,
+    ReportedEvent,
     alert_facts,
     alert_key,
     event_facts,
@@ -69,8 +70,8 @@ def write_messages(session: Session, building_id: int, max_age: timedelta, now: 
         now: aware time.
     """
     if not job_queue.is_monitoring_pending(session, building_id):
-        for event_id in queries.events_to_report(session, building_id, now - max_age):
-            write_event_message(session, event_id, max_age, now)
+        for event in _events_with_news(session, building_id, max_age, now):
+            write_event_message(session, event.id, max_age, now)
     for alert in queries.alerts_without_event(session, building_id):
         _write_alert_message(session, alert, now)
     session.flush()
@@ -89,12 +90,12 @@ def write_event_message(session: Session, event_id: int, max_age: timedelta, now
     if event.state not in FINAL:
         return
     messages = queries.messages(session, event.building_id, event_key(event_id))
-    earlier = _earlier(messages)
-    facts = event_facts(session, event, earlier.alerts, now)
+    earlier, building = _earlier(messages), session.get_one(Building, event.building_id)
+    as_of = (None, _first_report(messages, now))
+    both = [ReportedEvent(event, earlier.alerts, one) for one in as_of]
+    facts, as_of_first = event_facts(session, building, both, now)
     has_alert = earlier.alerts or any(one.is_reported or one.is_on_hold for one in facts.alerts)
     if has_alert or event.end >= now - max_age:
-        first = next((one.created_at for one in messages if not is_early(one)), now)
-        as_of_first = event_facts(session, event, earlier.alerts, now, as_of=first)
         content = replace(event_content(facts, earlier), news=event_content(as_of_first, earlier))
         outbox.put(session, content, now)
 
@@ -164,6 +165,36 @@ def _write_alert_message(session: Session, alert: Alert, now: datetime) -> None:
     was_reported = bool(queries.messages(session, alert.building_id, alert_key(alert.id)))
     if facts.is_reported or (facts.has_ended and was_reported):
         outbox.put(session, alert_content(alert, facts, was_reported, zone), now)
+
+
+def _events_with_news(session: Session, building_id: int, max_age: timedelta, now: datetime) -> list[Event]:
+    """Events whose message is the first or differs from the last one, the earliest first.
+
+    All are compared by as many statements as one takes: an event with a message may change long after its alerts have
+    ended, by a new analysis, a late earthquake before it, another baseline or another limit, and most never do. A
+    message about one event does not change what another one's says.
+    """
+    building = session.get_one(Building, building_id)
+    events = [one for one in queries.events_to_report(session, building_id, now - max_age) if one.state in FINAL]
+    messages = queries.messages_by_key(session, building_id, [event_key(one.id) for one in events])
+    before = {one.id: messages[key] for one in events if (key := event_key(one.id)) in messages}
+    earlier = {number: _earlier(of_event) for number, of_event in before.items()}
+    reported = [
+        ReportedEvent(one, earlier[one.id].alerts, _first_report(before[one.id], now))
+        for one in events
+        if one.id in before
+    ]
+    unchanged = {
+        one.id
+        for one in (event_facts(session, building, reported, now) if reported else ())
+        if not outbox.is_news(event_content(one, earlier[one.id]), before[one.id][-1])
+    }
+    return [one for one in events if one.id not in unchanged]
+
+
+def _first_report(messages: Sequence[Message], now: datetime) -> datetime:
+    """Time of an event's first message about its results, of which later ones are updates; now if there is none."""
+    return next((one.created_at for one in messages if not is_early(one)), now)
 
 
 def _earlier(messages: Sequence[Message]) -> Earlier:

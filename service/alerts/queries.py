@@ -1,10 +1,11 @@
 """Queries of alerts, silences and the messages about them."""
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
 from sqlalchemy import func, or_, select
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy.orm import Session, joinedload, selectinload
 
 from service.alerts.tables import Alert, AlertChange, AlertComment, Inspection, Silence
 from service.analyses.tables import Analysis
@@ -130,10 +131,11 @@ def silence(session: Session, number: int) -> Silence:
     return row
 
 
-def of_event(session: Session, event_id: int, numbers: Collection[int]) -> Sequence[Alert]:
-    """Alerts that an event raised, and those of these numbers, ended ones too, by number."""
-    wanted = or_(Alert.raised_event_id == event_id, Alert.id.in_(numbers))
-    return session.scalars(select(Alert).where(wanted).order_by(Alert.id)).all()
+def of_events(session: Session, events: Collection[int], numbers: Collection[int]) -> Sequence[Alert]:
+    """Alerts that these events raised, and those of these numbers, ended ones too, by number, with their changes."""
+    wanted = or_(Alert.raised_event_id.in_(events), Alert.id.in_(numbers))
+    query = select(Alert).where(wanted).order_by(Alert.id)
+    return session.scalars(query.options(selectinload(Alert.changes))).all()
 
 
 def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
@@ -152,6 +154,15 @@ def messages(session: Session, building_id: int, key: str) -> Sequence[Message]:
     return session.scalars(select(Message).where(*of_key).order_by(Message.number)).all()
 
 
+def messages_by_key(session: Session, building_id: int, keys: Collection[str]) -> Mapping[str, Sequence[Message]]:
+    """By key, what `messages` gives; keys without any are omitted."""
+    query = select(Message).where(Message.building_id == building_id, Message.key.in_(keys))
+    found: dict[str, list[Message]] = defaultdict(list)
+    for message in session.scalars(query.order_by(Message.number)):
+        found[message.key].append(message)
+    return found
+
+
 def messages_of_alerts(session: Session, building_id: int) -> Sequence[Message]:
     """Messages about events with alerts, the earliest first."""
     of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
@@ -164,8 +175,8 @@ def recipients_of(session: Session, building_id: int, keys: Collection[str]) -> 
     return set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*has_keys)))
 
 
-def events_to_report(session: Session, building_id: int, since: datetime) -> Sequence[int]:
-    """Numbers of the building's events that may need a message, the earliest first.
+def events_to_report(session: Session, building_id: int, since: datetime) -> Sequence[Event]:
+    """The building's events that may need a message, the earliest first.
 
     These are the events that ended since then, those that raised an open alert, and those whose messages reported one.
     """
@@ -175,7 +186,7 @@ def events_to_report(session: Session, building_id: int, since: datetime) -> Seq
     }
     raised = select(Alert.raised_event_id).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
     wanted = or_(Event.end >= since, Event.id.in_(raised), Event.id.in_(reported))
-    query = select(Event.id).where(Event.building_id == building_id, wanted)
+    query = select(Event).where(Event.building_id == building_id, wanted)
     return session.scalars(query.order_by(Event.start, Event.id)).all()
 
 

@@ -1,5 +1,6 @@
 """Reads over the years: results of a building's events by their latest analysis, and its alerts."""
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
@@ -210,14 +211,25 @@ def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence
     if at is None:
         now_open = select(Alert).where(Alert.building_id == building_id, Alert.closed_at.is_(None)).order_by(Alert.id)
         return [(one, one.state) for one in session.scalars(now_open)]
+    return open_at_each(session, building_id, [at])[at]
+
+
+def open_at_each(
+    session: Session, building_id: int, times: Collection[datetime]
+) -> Mapping[datetime, Sequence[tuple[Alert, str]]]:
+    """By time, what `open_at` gives; the statements are as many as for one of the times."""
+    if not times:
+        return {}
     was_open = (
         Alert.building_id == building_id,
-        Alert.opened_at <= at,
-        or_(Alert.closed_at.is_(None), Alert.closed_at > at),
+        Alert.opened_at <= max(times),
+        or_(Alert.closed_at.is_(None), Alert.closed_at > min(times)),
     )
     alerts = session.scalars(select(Alert).where(*was_open).order_by(Alert.id)).all()
-    states = _states(session, [one.id for one in alerts], at)
-    return [(one, states.get(one.id, one.state)) for one in alerts]
+    changes = _changes(session, [one.id for one in alerts], max(times))
+    return {
+        at: [(one, _state_at(one, changes[one.id], at)) for one in alerts if _was_open(one, at)] for at in set(times)
+    }
 
 
 def ended(session: Session, building_id: int) -> Sequence[Alert]:
@@ -226,11 +238,21 @@ def ended(session: Session, building_id: int) -> Sequence[Alert]:
     return session.scalars(select(Alert).where(*has_ended).order_by(Alert.id)).all()
 
 
-def _states(session: Session, numbers: Collection[int], at: datetime) -> dict[int, str]:
-    """By alert, its state at that time."""
-    query = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
-    changes = session.execute(query.where(AlertChange.at <= at).order_by(AlertChange.id))
-    return {change.alert_id: change.state for change in changes}
+def _changes(session: Session, numbers: Collection[int], until: datetime) -> Mapping[int, list[Line]]:
+    """By alert, its changes up to a time, in their order."""
+    query = select(AlertChange.alert_id, AlertChange.at, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
+    changes: dict[int, list[Line]] = defaultdict(list)
+    for change in session.execute(query.where(AlertChange.at <= until).order_by(AlertChange.id)):
+        changes[change.alert_id].append(change)
+    return changes
+
+
+def _was_open(alert: Alert, at: datetime) -> bool:
+    return alert.opened_at <= at and (alert.closed_at is None or alert.closed_at > at)
+
+
+def _state_at(alert: Alert, changes: Sequence[Line], at: datetime) -> str:
+    return next((change.state for change in reversed(changes) if change.at <= at), alert.state)
 
 
 def _moved(building_id: int) -> Question:

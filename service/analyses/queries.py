@@ -1,7 +1,9 @@
 """Reads of the results of one analysis: directions, histories, and the isolation layer across directions."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import TypeVar
 
 from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session, aliased, selectinload
@@ -14,6 +16,7 @@ from service.records.tables import Event
 
 PRUNED_BY = "retention.superseded_analyses"
 """Setting by which an analysis may have gone that a later one superseded."""
+Result = TypeVar("Result", DirectionResult, LayerResult, ShakingResult)
 
 
 def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionResult]:
@@ -141,6 +144,14 @@ def layer_result(session: Session, analysis_id: int) -> LayerResult | None:
 def shaking_result(session: Session, analysis_id: int) -> ShakingResult | None:
     """Strength of the shaking by an analysis; None where an earlier version made it."""
     return session.scalars(select(ShakingResult).where(ShakingResult.analysis_id == analysis_id)).one_or_none()
+
+
+def by_analysis(session: Session, table: type[Result], analyses: Sequence[int]) -> Mapping[int, list[Result]]:
+    """Results of one kind, without histories, by analysis."""
+    rows: dict[int, list[Result]] = defaultdict(list)
+    for one in session.scalars(select(table).where(table.analysis_id.in_(analyses))):
+        rows[one.analysis_id].append(one)
+    return rows
 
 
 def layer_motion(session: Session, event_id: int, analysis_id: int | None) -> Line:

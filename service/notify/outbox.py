@@ -77,7 +77,7 @@ def put(session: Session, content: MessageContent, now: datetime) -> Message:
     locked(session, content.building_id)
     of_key = (Message.building_id == content.building_id, Message.key == content.key)
     last = session.scalars(select(Message).where(*of_key).order_by(Message.number.desc()).limit(1)).one_or_none()
-    if last is not None and last.digest == _digest(content):
+    if last is not None and not is_news(content, last):
         return last
     reached = set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_key)))
     receivers = [
@@ -86,6 +86,11 @@ def put(session: Session, content: MessageContent, now: datetime) -> Message:
         if _is_subscribed(receiver, content) or receiver.id in reached
     ]
     return put_for(session, content, receivers, now)
+
+
+def is_news(content: MessageContent, last: Message) -> bool:
+    """True if a message differs from the last one of its key in what people read."""
+    return last.digest != _digest(content)
 
 
 def put_for(session: Session, content: MessageContent, receivers: Sequence[Receiver], now: datetime) -> Message:

@@ -138,7 +138,7 @@ class Recording(Base):
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
-    sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
+    sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"), index=True)
     """None if the bytes were refused before they were fetched, because there were too many."""
     name: Mapped[str]
     origin: Mapped[str]

@@ -1,18 +1,17 @@
 """The assessments of many earthquakes of one building, by as many statements as a few take."""
 
 from bisect import bisect_left
-from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import accumulate
-from typing import Any, TypeVar
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.alerts.tables import Alert
-from service.analyses import history
+from service.analyses import history, queries as analysis_queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
@@ -28,7 +27,6 @@ from service.verdict.reading import event_facts
 
 WITHDRAWN = "withdrawn"
 """State of an alert that was wrong."""
-Result = TypeVar("Result", DirectionResult, LayerResult, ShakingResult)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -51,8 +49,18 @@ def of_events(
         events: all of this building.
         at: the open alerts are those of this time; None: of now.
     """
-    alerts, compared = history.open_at(session, building.id, at), job_queue.is_monitoring_pending(session, building.id)
-    return _assessed(session, building, events, lambda _: alerts, lambda _: compared)
+    return of_events_at(session, building, [(event, at) for event in events])
+
+
+def of_events_at(
+    session: Session, building: Building, events: Sequence[tuple[Event, datetime | None]]
+) -> list[Assessment]:
+    """The assessments of some earthquakes of a building, each by the alerts that were open at its time (None: now)."""
+    then = history.open_at_each(session, building.id, {at for _, at in events if at is not None})
+    now = history.open_at(session, building.id, None) if any(at is None for _, at in events) else ()
+    compared = job_queue.is_monitoring_pending(session, building.id)
+    by_event = [(event, now if at is None else then[at]) for event, at in events]
+    return _assessed(session, building, by_event, lambda _: compared)
 
 
 def past_events(session: Session, building: Building, limit: int) -> list[PastEvent]:
@@ -72,8 +80,7 @@ def past_events(session: Session, building: Building, limit: int) -> list[PastEv
     verdicts = _assessed(
         session,
         building,
-        events,
-        lambda event: [(one, state) for one, state in alerts if _concerns(one, event)],
+        [(event, [(one, state) for one, state in alerts if _concerns(one, event)]) for event in events],
         lambda event: compared and event is events[-1],
     )
     return [PastEvent(event=event, verdict=one) for event, one in zip(events, verdicts, strict=True)]
@@ -82,35 +89,34 @@ def past_events(session: Session, building: Building, limit: int) -> list[PastEv
 def _assessed(
     session: Session,
     building: Building,
-    events: Sequence[Event],
-    alerts: Callable[[Event], Sequence[tuple[Alert, str]]],
+    events: Sequence[tuple[Event, Sequence[tuple[Alert, str]]]],
     is_being_compared: Callable[[Event], bool],
 ) -> list[Assessment]:
-    """The assessments of the events, by the alerts that concern each."""
-    numbers = [one.id for one in events]
+    """The assessments of the events, each by the alerts that concern it."""
+    numbers = list({one.id for one, _ in events})
     current = select(Analysis).where(Analysis.event_id.in_(numbers), Analysis.current)
     analyses = {one.event_id: one for one in session.scalars(current)}
     of_analyses = [one.id for one in analyses.values()]
-    directions = _by_analysis(session, DirectionResult, of_analyses)
-    layers = _by_analysis(session, LayerResult, of_analyses)
-    shaken = _by_analysis(session, ShakingResult, of_analyses)
+    directions = analysis_queries.by_analysis(session, DirectionResult, of_analyses)
+    layers = analysis_queries.by_analysis(session, LayerResult, of_analyses)
+    shaken = analysis_queries.by_analysis(session, ShakingResult, of_analyses)
     summed = {event: sums for event, _, sums in totals(session, [building.id], numbers)}
     largest, stiffness = _Largest(session, building), _stiffness(session, building, numbers)
     file = building_store.described(session, building)
     found = []
-    for event in events:
+    for event, alerts in events:
         analysis = analyses.get(event.id)
         number = 0 if analysis is None else analysis.id
         facts = StoredFacts(
             file=file,
-            results=sorted(directions[number], key=lambda one: one.direction),
-            layer=next(iter(layers[number]), None),
-            shaking=next(iter(shaken[number]), None),
+            results=sorted(directions.get(number, ()), key=lambda one: one.direction),
+            layer=next(iter(layers.get(number, ())), None),
+            shaking=next(iter(shaken.get(number, ())), None),
             totals=summed.get(event.id),
             largest_earlier=largest.before(event.start),
             stiffness=stiffness[event.id],
             is_being_compared=is_being_compared(event),
-            alerts=alerts(event),
+            alerts=alerts,
         )
         found.append(assess(event_facts(event, analysis, facts)))
     return found
@@ -140,13 +146,6 @@ class _Largest:
         """The largest in the earthquakes before a time; None where none was measured."""
         number = bisect_left(self._starts, start)
         return self._largest[number - 1] if number else None
-
-
-def _by_analysis(session: Session, table: type[Result], analyses: Sequence[int]) -> Mapping[int, list[Result]]:
-    rows: dict[int, list[Result]] = defaultdict(list)
-    for one in session.scalars(select(table).where(table.analysis_id.in_(analyses))):
-        rows[one.analysis_id].append(one)
-    return rows
 
 
 def _stiffness(session: Session, building: Building, events: Sequence[int]) -> Mapping[int, list[tuple[Any, ...]]]:

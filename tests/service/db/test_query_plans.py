@@ -18,6 +18,7 @@ from service.models import queries as model_queries
 from service.records import events
 from service.records.ingest import next_stored
 from service.records.polled_together import polled
+from service.retention.pruning import prunable
 from service.settings import Settings
 from service.verdict import reading
 
@@ -96,6 +97,16 @@ def test_the_verdicts_of_some_buildings_read_no_history(sessions: sessionmaker[S
     for plan in found:
         assert not re.search(rf"Seq Scan on ({tables})\b", plan), plan
         assert not re.search(rf"SCAN ({tables})\b", plan), plan
+
+
+def test_the_recordings_of_an_original_file_are_found_by_its_digest(sessions: sessionmaker[Session]) -> None:
+    """Pruning looks for them once for each file; PostgreSQL may read all of them, but only once."""
+    settings = Settings(retention={"original_files": 30 * 86_400.0})
+    found = [plan for plan in plans(sessions, lambda session: prunable(session, settings, NOW)) if "recording" in plan]
+    assert found
+    for plan in found:
+        assert "ix_recording_sha256" in plan, plan
+        assert "SCAN recording" not in plan, plan
 
 
 def plans(sessions: sessionmaker[Session], read: Callable[[Session], object]) -> list[str]:
