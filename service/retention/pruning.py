@@ -297,6 +297,15 @@ RULES: Sequence[Rule] = (
         _delete_histories,
     ),
     Rule(
+        "jobs and their results",
+        "retention.jobs",
+        Job.__table__.c.id,
+        _texts(Job, "arguments", "result"),
+        _jobs,
+        _keeping_jobs,
+        _delete_jobs,
+    ),
+    Rule(
         "superseded analyses",
         "retention.superseded_analyses",
         Analysis.__table__.c.id,
@@ -313,15 +322,6 @@ RULES: Sequence[Rule] = (
         _files,
         _keeping_files,
         _delete_files,
-    ),
-    Rule(
-        "jobs and their results",
-        "retention.jobs",
-        Job.__table__.c.id,
-        _texts(Job, "arguments", "result"),
-        _jobs,
-        _keeping_jobs,
-        _delete_jobs,
     ),
     Rule(
         "messages that later ones followed",
@@ -351,4 +351,5 @@ RULES: Sequence[Rule] = (
         _delete_entries,
     ),
 )
-"""One for each kind, in the order in which they are deleted."""
+"""One for each kind, in the order in which they are deleted: jobs before the analyses that keep them, so that no
+deletion frees a row of a later kind, which a dry run has not counted."""

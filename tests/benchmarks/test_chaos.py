@@ -1,12 +1,17 @@
 """The comparison after kills finds what was lost, doubled, stuck or left, and nothing else."""
 
+import json
+import sys
 from collections.abc import Callable, Iterator
 from datetime import timedelta
 from pathlib import Path
+from subprocess import PIPE, STDOUT
 
 import databases
+import psutil
 import pytest
 from monitoring_server import START, building_file, miniseed, stream
+from processes import kill_tree
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
@@ -24,7 +29,9 @@ from service.records.ingest import ingest
 from service.records.tables import Event, EventRecording, Waveform
 from service.settings import Settings
 
+ROOT = Path(__file__).resolve().parents[2]
 NOW = START + timedelta(days=1)
+KILLS = 4
 
 
 @pytest.fixture(scope="module")
@@ -156,3 +163,22 @@ def test_what_nobody_sent_and_a_process_that_is_left_are_found(finished: Session
     received = {"email": {one: [False] for one in (*run.outbox["email"], "msg_strange")}}
     found = [f"{one.kind} {one.subject}" for one in differences(run, run, received, ["process 7"])]
     assert found == ["doubled email: msg_strange is no message", "left process 7"]
+
+
+@pytest.mark.slow
+def test_a_few_kills_lose_nothing(tmp_path: Path) -> None:
+    """The benchmark itself, from its servers to the report; it takes up to a minute, mostly waiting."""
+    output = tmp_path / "result.json"
+    asked = ("--kills", str(KILLS), "--minutes", "1", "--output", output)
+    run = psutil.Popen([sys.executable, "-m", "benchmarks.chaos", *asked], cwd=ROOT, stdout=PIPE, stderr=STDOUT)
+    try:
+        printed = run.communicate(timeout=600)[0].decode()
+    finally:
+        kill_tree(run)
+    assert run.returncode == 0, printed
+    found = json.loads(output.read_text())
+    assert found["database"] == "sqlite"
+    assert found["differences"] == []
+    assert 1 <= sum(found["kills"].values()) <= KILLS, "fewer on a machine with other work"
+    counts = {name: (calm, chaos) for name, calm, chaos in found["rows"]}
+    assert counts["events"] == counts["analyses"] == ("16", "16")

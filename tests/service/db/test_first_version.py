@@ -7,14 +7,17 @@ earthquake of 36 s, analysed, a recipient, and the key below. Its folder of reco
 import lzma
 import subprocess
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import paper_records
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from api_client import client
+from cached_executor import CachedExecutor
 from processes import run
 from sqlalchemy import MetaData, create_engine, make_url, select, text
 from sqlalchemy.orm import sessionmaker
@@ -23,8 +26,12 @@ from service.buildings import store as building_store
 from service.db import migrate
 from service.db.base import Base
 from service.db.sessions import engine
+from service.jobs.worker import Worker
+from service.kinds import KINDS
 from service.records.source_poller import SourcePoller
 from service.settings import Settings
+from service.verdict.checks import LEVELS
+from service.version import VERSION
 
 FIRST = "0020_tables"
 DATABASE = Path(__file__).with_name("first_version.sqlite.xz")
@@ -102,7 +109,7 @@ def test_no_row_is_lost_and_the_service_goes_on(upgraded: str, tmp_path: Path) -
     with made.connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_server_default": True})
         assert compare_metadata(context, Base.metadata) == []
-    sessions = sessionmaker(made, expire_on_commit=False)
+    made.dispose()
     with client(upgraded) as api:
         api.headers.update(HEADERS)
         assert api.get("/api/v1/buildings/PAPER").json()["code"] == "PAPER"
@@ -110,11 +117,33 @@ def test_no_row_is_lost_and_the_service_goes_on(upgraded: str, tmp_path: Path) -
         for path in ("/", "/buildings/PAPER", f"/events/{event['id']}", f"/api/v1/events/{event['id']}", "/metrics"):
             assert api.get(path).status_code == 200, path
         assert event["state"] == "analysed"
+
+
+def test_one_more_earthquake_is_fetched_and_analysed(upgraded: str, tmp_path: Path) -> None:
+    """Its results and its verdict stand beside those of the first version."""
+    migrate.upgrade(upgraded)
+    made = engine(upgraded)
+    sessions, settings = sessionmaker(made, expire_on_commit=False), Settings(settle_time=0)
+    before = rows(upgraded)
     with sessions.begin() as session:
         moved = building_store.current(session, building_store.find(session, "PAPER")).toml
         building_store.update_description(session, moved.replace("/records", str(tmp_path)), tmp_path, NOW)
-    assert SourcePoller(sessions, Settings(settle_time=0)).poll("PAPER"), "the source is polled"
+    samples = paper_records.records(np.random.default_rng(1))
+    (tmp_path / "1.mseed").write_bytes(paper_records.miniseed(samples, later=timedelta(days=30)))
+    assert SourcePoller(sessions, settings).poll("PAPER"), "the source is polled"
+    Worker(sessions, CachedExecutor, settings, KINDS).run_until_idle()
     made.dispose()
+    after = rows(upgraded)
+    assert [event["state"] for event in after["event"]] == ["analysed"] * 2
+    assert [one["event_id"] for one in after["analysis"] if one["current"]] == [event["id"] for event in after["event"]]
+    new = [one for one in after["analysis"] if one["id"] not in {had["id"] for had in before["analysis"]}]
+    assert [one["version"] for one in new] == [VERSION]
+    with client(upgraded) as api:
+        api.headers.update(HEADERS)
+        for event in after["event"]:
+            found = api.get(f"/api/v1/events/{event['id']}").json()
+            assert found["verdict"]["level"] in LEVELS
+            assert api.get(f"/events/{event['id']}").status_code == 200
 
 
 @pytest.mark.sqlite

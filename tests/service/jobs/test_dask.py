@@ -46,7 +46,7 @@ PATIENCE = 120.0
 OLDER = "Metadata-Version: 2.1\nName: menshin\nVersion: 0.0.9\n"
 PASSWORD = "correct horse"
 
-pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
+pytestmark = pytest.mark.slow
 
 
 def until(met: Callable[[], bool], seconds: float = PATIENCE) -> None:
@@ -121,6 +121,7 @@ class Overhearing(Executor):
         return self.cluster().submit(fn, *args, **kwargs)
 
 
+@pytest.mark.sqlite
 def test_a_dask_cluster_computes_what_this_process_does(
     sessions: sessionmaker[Session], cluster: Callable[[], Executor]
 ) -> None:
@@ -231,6 +232,28 @@ def test_other_versions_are_refused_in_words_until_they_are_gone(tmp_path: Path)
                 assert cluster.submit(os.getpid).result(PATIENCE) == right.pid
     finally:
         cluster.shutdown()
+
+
+@pytest.mark.parametrize(
+    ("other", "found"),
+    [
+        ({"python": "3.10.2.final.0"}, "python 3.10"),
+        ({"dask": "2020.1.0", "distributed": "2020.1.1"}, "dask 2020.1.0 and distributed 2020.1.1"),
+        ({"distributed": None}, "distributed None"),
+        ({"python": "{python}.99.final.0", "numpy": "1.0"}, None),
+    ],
+)
+def test_a_scheduler_of_other_versions_is_refused_in_words(other: dict[str, str | None], found: str | None) -> None:
+    cluster = Cluster("tcp://scheduler:8786")
+    same = {name: cluster._own[name] for name in ("python", "dask", "distributed")}
+    given = {name: version and version.format(**same) for name, version in other.items()}
+    trouble = cluster._difference(same | given)
+    if found is None:
+        assert trouble is None, "a scheduler needs neither NumPy nor the same patch of Python"
+    else:
+        assert trouble is not None
+        assert trouble.startswith(f"the Dask scheduler at tcp://scheduler:8786 has {found}, and this process has ")
+        assert trouble.endswith("install the same versions in both, by one image or lock file")
 
 
 def test_a_network_to_the_scheduler_that_loses_everything_is_noticed(tmp_path: Path) -> None:

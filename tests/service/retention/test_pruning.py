@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.tables import AuditEntry
 from service.alerts.tables import Alert, BuildingInspection
-from service.analyses.tables import Analysis
+from service.analyses.tables import DELETED, Analysis, DirectionResult
 from service.drift.tables import DriftValue, MonitoredSeries
 from service.errors import NotFoundError
 from service.jobs import requests
@@ -257,3 +257,55 @@ def test_packets_and_entries_go_by_their_age(sessions: sessionmaker[Session], ev
     with sessions() as session:
         assert session.scalars(select(Packet.sha256)).all() == ["young"]
         assert session.scalars(select(AuditEntry.by)).all() == ["young"]
+
+
+def rows_by_kind(session: Session) -> dict[str, int]:
+    """Rows of each kind that are still there; of histories and analyses also the current ones."""
+    has_force = func.length(DirectionResult.force) > len(DELETED)
+    tables = {
+        "superseded analyses": Analysis,
+        "jobs and their results": Job,
+        "messages that later ones followed": Message,
+        "packets of live streams": Packet,
+        "entries of the audit trail": AuditEntry,
+    }
+    of_histories = select(func.count(DirectionResult.analysis_id.distinct())).where(has_force)
+    of_files = select(func.count(Content.sha256)).where(originals.is_there())
+    return {
+        "histories of superseded analyses": session.execute(of_histories).scalar_one(),
+        "original files": session.execute(of_files).scalar_one(),
+        **{kind: session.execute(select(func.count(table.id))).scalar_one() for kind, table in tables.items()},
+    }
+
+
+def test_a_dry_run_counts_what_is_then_deleted_of_every_kind(
+    sessions: sessionmaker[Session], events: list[int]
+) -> None:
+    """Also where the rules meet: an analysis that goes keeps its job, and its histories are a kind of their own."""
+    ages = ("superseded_histories", "original_files", "jobs", "messages", "audit_trail")
+    settings = Settings(retention=dict.fromkeys(ages, MONTH) | {"superseded_analyses": 2 * MONTH})
+    with sessions() as session:
+        building = session.get_one(Event, events[0]).building_id
+    stored_histories.store_and_monitor(sessions, building, stored_histories.store_history(3), NOW + DAY)
+    message = {"kind": "event", "sequence": "new", "severity": "note", "is_over": True, "subject": "A", "link": "/"}
+    lists = {"sentences": ["B"], "facts": [], "data": {}, "digest": "0"}
+    place = {"building_id": building, "station": "XX_A", "channel": "HNX", "data": b"packet"}
+    with sessions.begin() as session:
+        superseded = session.scalars(select(Analysis).where(~Analysis.current)).all()
+        superseded[0].created_at = LATER - timedelta(seconds=1.5 * MONTH)
+        for job in session.scalars(select(Job)):
+            job.state, job.finished_at = "done", NOW
+        for number in range(pruning.AT_ONCE + 2):
+            one = {"identity": f"a-{number}", "key": "a", "number": number, "created_at": NOW}
+            session.add(Message(building_id=building, **one, **message, **lists))
+            session.add(AuditEntry(at=NOW, by="Jo", address="", action="", target="", details={}))
+            at = NOW + timedelta(seconds=number)
+            session.add(Packet(**place, start=at, end=at, received_at=at, sha256=str(number)))
+    with sessions() as session:
+        before, would = rows_by_kind(session), pruning.prunable(session, settings, LATER)
+    are = pruning.prune(sessions, settings, LATER)
+    with sessions() as session:
+        after = rows_by_kind(session)
+    assert all(one.rows > 0 for one in would), "every kind is tried"
+    assert are == would
+    assert {kind: before[kind] - after[kind] for kind in before} == {one.kind: one.rows for one in would}
