@@ -63,7 +63,7 @@ def test_a_message_while_it_shakes_is_followed_by_the_result(
     with client(database_url) as api:
         page = api.get("/buildings/TOWER/recordings").text
         assert re.search(r"up to 30.. gal so far \(provisional\)", page)
-        assert page.count("XX.TOWER.") == 3
+        assert page.count('<td class="name">XX.TOWER.') == 3
         assert api.get(early.link).status_code == 200
         assert "ライブストリーム" in api.get("/buildings/TOWER/recordings", headers={"Accept-Language": "ja"}).text
     one.keep(SERVER, received(RECORDS))
