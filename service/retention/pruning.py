@@ -1,4 +1,4 @@
-"""What the settings allow to delete, kind by kind, what keeps the rest, and the deletion in small steps.
+"""The rules of retention by kind, the references that keep rows, and the deletion in small steps.
 
 Of a current analysis everything stays. Of one that a later one superseded the histories go, nine tenths of what it
 takes, or by a rule of its own all of it. Of an original file the row stays, with day and rule.

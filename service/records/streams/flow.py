@@ -1,4 +1,4 @@
-"""How a stream flows, channel by channel: how far it has come, when it last came, and its gaps."""
+"""Progress of a stream by channel: its last sample, the arrival of its last packet, and its gaps."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace

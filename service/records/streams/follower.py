@@ -252,7 +252,7 @@ class Follower:
     def _examine_again(self) -> None:
         """Examine the next packets again that were rejected as of the future, once the clock was set ahead.
 
-        They are searched at first too, because the clock may have been set while nobody followed the stream.
+        The first look searches for them too, because the clock may have been set while no process followed the stream.
         """
         now = self.clock()
         lead = now.timestamp() - monotonic()
