@@ -118,10 +118,14 @@ def test_a_chart_that_a_busy_server_did_not_give_is_asked_for_again(browser: tup
 
 
 def changes_are_drawn_once_and_only_near_the_screen(page: Page) -> None:
-    """A chart far from the screen waits until it comes near, and then fits."""
+    """A chart far from the screen waits until it comes near, and then fits.
+
+    It is below the screen: above it, a browser may lay the page out anew before it restores the place that was shown,
+    and the chart comes near for a moment.
+    """
     far = "figure[data-chart*=restoring-force]"
-    page.evaluate("scrollTo(0, document.body.scrollHeight)")
-    page.wait_for_function(f"() => document.querySelector('{far}').getBoundingClientRect().bottom < -350")
+    page.evaluate("scrollTo(0, 0)")
+    page.wait_for_function(f"() => document.querySelector('{far}').getBoundingClientRect().top > innerHeight + 350")
     page.evaluate(COUNTED)
     page.set_viewport_size({"width": 320, "height": 700})
     page.wait_for_timeout(500)
