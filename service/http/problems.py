@@ -1,5 +1,6 @@
 """HTTP errors as problem documents (RFC 9457)."""
 
+import logging
 from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any
@@ -7,14 +8,16 @@ from typing import Any
 import orjson
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
-from sqlalchemy.exc import InterfaceError, OperationalError, TimeoutError as PoolTimeoutError
+from sqlalchemy.exc import InterfaceError, OperationalError, SQLAlchemyError, TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from service.access.auth import is_narrowed
-from service.db.problems import undone
+from service.db.problems import problem as database_reason, undone
 from service.errors import NotFoundError, ServiceError
 from service.http.request_ids import HEADER, IDENTITY
+
+log = logging.getLogger(__name__)
 
 PROBLEM = "application/problem+json"
 DETAIL = {
@@ -95,7 +98,9 @@ def secret_key_problem(_: Request, error: Exception) -> Response:
 
 def database_problem(_: Request, error: Exception) -> Response:
     """The problem document while the database does not answer, is too busy, or undid a change: the client should try
-    again."""
+    again. The log has the reason."""
+    assert isinstance(error, SQLAlchemyError)
+    log.warning("the database refused a request: %s", database_reason(error) or error)
     is_undone = isinstance(error, OperationalError) and undone(error) is not None
     return problem(503, UNDONE if is_undone else AWAY, {"Retry-After": str(RETRY_AFTER)})
 

@@ -85,7 +85,7 @@ WINDOW = 60.0
 """s in which lines are counted."""
 MOST = 5
 """Lines from one place in the program per WINDOW; the first line of the next one gives the number omitted."""
-LOGGERS = ("service.http.connections", "service.access.provider", "uvicorn.error", "asyncio")
+LOGGERS = ("service.http.connections", "service.http.problems", "service.access.provider", "uvicorn.error", "asyncio")
 
 
 class Throttle(logging.Filter):

@@ -145,6 +145,7 @@ def test_postgresql_is_read_only_for_a_while(
         answer = api.post("/api/v1/keys", json={"name": "tool", "role": "viewer"})
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "5")
         assert "cannot be written" in answer.json()["detail"]
+        assert any("refused a request: " in line and "is read-only" in line for line in caplog.messages)
 
 
 @pytest.fixture
@@ -177,22 +178,30 @@ def test_postgresql_has_all_of_its_data_on_a_full_disk_for_a_while(
 
 
 def lose_nothing_on(url: str, disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """As `lose_nothing` while the disk is full, and answers that only read are served meanwhile."""
+    """As `lose_nothing` while the disk is full, and answers that only read are served meanwhile.
 
-    def switch(is_on: bool) -> None:
-        if not is_on:
-            with opened_client(url) as api:
-                assert api.get("/api/v1/buildings").status_code == 200
-            (disk / "filling").unlink()
-        else:
-            small_disks.fill(disk)
-
+    The API keeps the connection it had: for a new one PostgreSQL may have to write a file, `pg_internal.init`, and
+    refuses the connection if it cannot.
+    """
     made = opened.sessions(url)
-    try:
-        lose_nothing(made, tmp_path, switch, "is on a full disk; free some space", caplog)
-    finally:
-        (disk / "filling").unlink(missing_ok=True)
-        made.kw["bind"].dispose()
+    with opened_client(url) as api:
+
+        def is_served() -> None:
+            answer = api.get("/api/v1/buildings")
+            assert answer.status_code == 200, answer.text
+
+        def switch(is_on: bool) -> None:
+            is_served()
+            if is_on:
+                small_disks.fill(disk)
+            else:
+                (disk / "filling").unlink()
+
+        try:
+            lose_nothing(made, tmp_path, switch, "is on a full disk; free some space", caplog)
+        finally:
+            (disk / "filling").unlink(missing_ok=True)
+            made.kw["bind"].dispose()
     assert not [one for one in caplog.records if one.exc_info], "it was taken for a bug"
 
 
