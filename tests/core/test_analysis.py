@@ -41,6 +41,7 @@ def test_force_of_the_real_building(sensors: tuple[str, ...], published: tuple[f
         assert fit(truth, some.restoring_force.force) == pytest.approx(expected, abs=0.1)
 
 
+@pytest.mark.accuracy
 @needs_shared
 def test_stiffness_of_the_real_building_falls_with_amplitude() -> None:
     """From about 9 kN/mm at 5 mm to 4.4 at 50-100 mm, as its description says: read off to 15 %."""
@@ -103,6 +104,7 @@ def test_nothing_at_all_is_refused() -> None:
     assert BASE in str(result.refusal)
 
 
+@pytest.mark.accuracy
 def test_without_a_transducer_the_displacement_is_integrated_and_stated_to_be() -> None:
     samples = {channel: values for channel, values in records(4, 0.0).items() if channel != LAYER}
     result = analyse(segments(samples), paper(), AnalysisSettings())

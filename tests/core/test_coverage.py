@@ -98,6 +98,7 @@ def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> N
     assert all(one.width < 2.0 * one.error for one in covereds)
 
 
+@pytest.mark.accuracy
 def test_the_force_where_omitted_floors_show_noise_alone() -> None:
     """The demonstration has sensors with little noise and a building of the model's class."""
     _, result = demonstration_coverage(0)

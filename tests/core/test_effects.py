@@ -110,6 +110,7 @@ def test_a_change_of_units_changes_the_force_by_its_own(name: str) -> None:
     assert np.linalg.norm(layer_force(scaled, other) - expected) < 1e-2 * np.linalg.norm(expected)
 
 
+@pytest.mark.accuracy
 @every_effect
 def test_the_compiled_force_agrees_with_plain_python(name: str) -> None:
     """Laws as written, their states by an adaptive solver, the motion exact: left is the line between samples, of

@@ -98,6 +98,7 @@ def results() -> dict[str, Any]:
     }
 
 
+@pytest.mark.accuracy
 def test_the_hidden_effect_is_named_and_the_next_fit_is_right(results: dict[str, Any]) -> None:
     assert [stage.effect for stage in results["diagnosis"].stages] == ["hardening"]
     assert results["improvement"].added == ("hardening",)

@@ -29,7 +29,7 @@ def assert_alike(now: str, before: str) -> None:
         assert values[0] == pytest.approx(values[1], rel=0.02, abs=rounded), (one, other)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_the_notebook_names_the_hidden_effect() -> None:
     document = json.loads(write_library.NOTEBOOK.read_text("utf-8"))
     made = write_library.notebook(document)
@@ -37,7 +37,7 @@ def test_the_notebook_names_the_hidden_effect() -> None:
     assert "Hardening of the rubber (hardening) is missing." in json.dumps(made, ensure_ascii=False)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @needs_shared
 def test_the_page_shows_what_its_examples_print() -> None:
     text = write_library.PAGE.read_text("utf-8")

@@ -56,6 +56,7 @@ def subspace_modes(record: InstrumentedSuperstructure) -> tuple[Mode, ...]:
     return at_all_floors(Refinement(identified_modes(*series, Identification()), misfit=1.0), record)
 
 
+@pytest.mark.accuracy
 @records
 def test_fit_of_the_force(motion, force, first, second, one_mode) -> None:  # noqa: ANN001
     truth = response(motion)
@@ -99,6 +100,7 @@ def test_a_tenth_too_little_mass_scales_the_force() -> None:
     assert fit(truth.force, force / 0.9) == pytest.approx(97.1, abs=POINTS)
 
 
+@pytest.mark.accuracy
 def test_scattered_masses_matter_through_their_total() -> None:
     """Figure 16 over 200 draws of 20 % scatter: mean 92.3, sd 3.9; the total corrected, 95.8."""
     rng = np.random.default_rng(16)

@@ -45,6 +45,7 @@ def test_fit_of_the_force(test: str, with_fourth_floor: float, roof_only: float)
         assert 100 * (1 - error) == pytest.approx(published, abs=0.1)  # one unit of the published digit
 
 
+@pytest.mark.accuracy
 @needs_shared
 @pytest.mark.parametrize("test", ["CNP100", "LAC100", "SP100"])
 def test_three_modes_whatever_the_record_and_the_sensors(test: str) -> None:

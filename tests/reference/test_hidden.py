@@ -209,6 +209,7 @@ def made(text: str, seed: int = 3) -> Trial:
     return trial(text, seed)
 
 
+@pytest.mark.accuracy
 def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     first, second = write(trial("friction+pink", 5), tmp_path / "a"), write(trial("friction+pink", 5), tmp_path / "b")
     assert [file.read_bytes() for file in first] == [file.read_bytes() for file in second]
@@ -237,6 +238,7 @@ def test_records_hold_the_force_that_was_there() -> None:
         assert distance(-summed, event.force[0]) < 1e-9
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("text", FAULTS)
 def test_a_fault_shows_on_its_channel_and_on_no_other(text: str) -> None:
     erring, rng = made(text).faults[0], np.random.default_rng(1)

@@ -20,6 +20,7 @@ from core.record import Segment
 EFFECTS = ("hardening", "friction", "maxwell", "second_hysteresis", "relief", "mullins")
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(
     ("name", "values"),
     [

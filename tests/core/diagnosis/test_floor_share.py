@@ -50,6 +50,7 @@ def test_masses_as_they_are_show_no_wrong_share() -> None:
     assert wrong_floor_share(fitted, [held_out], BOUC_WEN, paper()) is None
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("effect", HIDDEN)
 def test_a_hidden_effect_is_no_wrong_share(effect: str) -> None:
     *fitted, held_out = seen(0.0, 7, Isolator({**BOUC_WEN.effects, effect: HIDDEN[effect]}))

@@ -28,6 +28,7 @@ def test_a_pair_is_found_from_the_effects_that_come_near_alone() -> None:
     assert joint.fit.chi_square / joint.data.target.size < 1.1
 
 
+@pytest.mark.accuracy
 def test_there_is_no_pair_that_leaves_half_of_what_the_hidden_one_leaves() -> None:
     data = FitData.by_noise(observations(TRUTH, 0.01, 4))
     assert best_pair(data, ranked(data, BOUC_WEN, OFFERED), OFFERED, TRUTH, 0.5) is None
@@ -38,6 +39,7 @@ def test_there_is_no_pair_of_a_single_effect() -> None:
     assert best_pair(data, ranked(data, BOUC_WEN, ("moat",)), ("moat",), BOUC_WEN, 1.0) is None
 
 
+@pytest.mark.accuracy
 def test_a_pair_is_named_where_a_single_effect_takes_part_of_both() -> None:
     diagnosis = diagnosed(observations(TRUTH, 0.01, 4), BOUC_WEN, OFFERED)
     assert diagnosis.outcome is Outcome.EFFECT

@@ -34,6 +34,7 @@ FAR = Isolator(
 )
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("effect", HIDDEN)
 def test_a_hidden_effect_is_named_and_its_error_taken_away(effect: str) -> None:
     """5 %: of the noise floor, for the fitted parameters and the one draw of noise."""
@@ -46,6 +47,7 @@ def test_a_hidden_effect_is_named_and_its_error_taken_away(effect: str) -> None:
     assert diagnosis.before.noise_ratio > 1.1
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("seed", range(2))
 def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
     diagnosis = diagnosed(observations(BOUC_WEN, 0.02, seed), BOUC_WEN, OFFERED)
@@ -81,6 +83,7 @@ def test_two_hidden_effects_are_both_named() -> None:
     ]
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(
     ("effect", "values", "held"),
     [
@@ -155,6 +158,7 @@ def sharp_yield(displacement: Vector, give: float) -> Vector:
     return force
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("others", [(), ("hardening",)])
 def test_a_law_at_the_end_of_its_range_is_not_named_alone(others: tuple[str, ...]) -> None:
     """A damper whose force hardly depends on the speed, with its brace, follows sharp yield better than round yield.
@@ -240,6 +244,7 @@ def test_one_record_at_rest_among_others_does_no_harm() -> None:
     assert [step.chosen.effect for step in diagnosis.steps] == ["hardening"]
 
 
+@pytest.mark.accuracy
 def test_an_effect_whose_values_lie_in_a_local_minimum_is_fitted_again() -> None:
     """The strong earthquake hides the date of a stiffness loss before it, until hardening has been added."""
     hidden = {
@@ -264,6 +269,7 @@ def test_a_weak_second_effect_is_named_once_it_is_beyond_doubt(k3: float, named:
     assert [step.chosen.effect for step in diagnosis.steps] == named
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize(("louder", "outcome"), [(1.7, Outcome.NOTHING_MISSING), (2.3, Outcome.UNKNOWN)])
 def test_noise_that_is_louder_than_was_seen_is_no_effect(louder: float, outcome: Outcome) -> None:
     """As coloured noise is, whose floor is seen at high frequencies; from two floors on there must be another cause."""
@@ -310,6 +316,7 @@ def test_an_effect_that_takes_a_little_of_a_large_error_has_no_name_however_cert
     assert not diagnosis.steps
 
 
+@pytest.mark.accuracy
 def test_an_effect_that_another_earthquake_does_not_show_has_no_name() -> None:
     """The strong one, which is held out, had a layer without hardening."""
     hard = observations(Isolator({**BOUC_WEN.effects, "hardening": HIDDEN["hardening"]}), 0.01, 7)

@@ -78,6 +78,7 @@ def changes(kind: str, seed: int) -> Vector:
     }[kind]
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("kind", ["none", "sudden", "slow", "small"])
 @pytest.mark.parametrize("seed", range(3))
 def test_events_that_come_late_or_again_give_what_all_measurements_give(seed: int, kind: str) -> None:

@@ -113,6 +113,7 @@ def exact(slips: object, tau: float, times: Vector) -> Vector:
     return np.asarray(solved.y[0])
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("give", [1e-5, 1e-4, 1e-3, 1e-2])
 @pytest.mark.parametrize(("exponent", "tolerance"), [(0.3, 8e-3), (0.7, 1e-3), (1.5, 1e-3), (2.0, 1e-3)])
 def test_any_brace_is_followed_at_coarse_and_fine_steps(exponent: float, tolerance: float, give: float) -> None:

@@ -79,6 +79,7 @@ def test_yield_and_friction_grow_in_the_cold_and_rubber_does_not(model: dict[str
     assert growth - warm == pytest.approx((np.exp(0.21) - 1) * alone, rel=1e-9, abs=1e-3)
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].acts_on == "force"))
 def test_a_scale_multiplies_the_forces_of_its_kinds_and_leaves_the_others(name: str, scale: str) -> None:

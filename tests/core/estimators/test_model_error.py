@@ -20,6 +20,7 @@ def doubted(share: float) -> BuildingDescription:
     return replace(described, levels=tuple(replace(level, mass_uncertainty=share) for level in described.levels))
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("seed", [1, 3])
 def test_the_band_holds_the_force_of_a_building_whose_masses_are_as_uncertain_as_given(seed: int) -> None:
     plain, given = (

@@ -86,6 +86,7 @@ def test_damping_of_the_first_mode_with_a_tenth_of_noise_on_every_channel() -> N
     assert after < before / 2
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_without_noise_the_modes_are_exact(motion: str) -> None:
     """1e-4 of what the motion determines well: the first four frequencies and the first three damping ratios."""

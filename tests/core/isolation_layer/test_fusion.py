@@ -155,6 +155,7 @@ def drift(size: int, step: float, rng: np.random.Generator) -> np.ndarray:
     return walk - walk[:200].mean()
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("wander", [0.0, 1e-5], ids=["white", "drifting"])
 @pytest.mark.parametrize("noise", [1e-4, 1e-3])
 @pytest.mark.parametrize("scale", [0.2, 4.0])

@@ -192,6 +192,7 @@ def test_the_building_file_turns_axes_for_good() -> None:
     assert f"{ROOF}X" not in {channel.id for channel in left.channels}
 
 
+@pytest.mark.accuracy
 def test_an_event_with_turned_axes_is_analysed_as_if_they_were_not() -> None:
     description, samples = biaxial_records()
     straight = analyse(segments(samples), description, AnalysisSettings())

@@ -79,6 +79,7 @@ def test_a_channel_that_rests_far_from_zero_is_noted_in_both_units(channel: str,
     assert same == pytest.approx(force, abs=1e-6 * np.abs(force).max())
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("channel", [GROUND, BASE, FOURTH, ROOF])
 @pytest.mark.parametrize("step", [0.02, -0.1])
 def test_a_jump_of_an_accelerations_level_is_measured_and_taken_out(channel: str, step: float) -> None:

@@ -85,6 +85,7 @@ UNUSABLE: dict[str, Fault] = {
 }
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.1])
 @pytest.mark.parametrize("scale", [0.05, 1.0, 4.0])
 @pytest.mark.parametrize("motion", [akt013, kobe, chi_chi])
@@ -107,6 +108,7 @@ def test_healthy_real_records_raise_no_alarm(event: str) -> None:
     assert serious(screened(bncs_segments(event), bncs())) == []
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("channel", CHANNELS)
 @pytest.mark.parametrize("kind", UNUSABLE)
 def test_an_unusable_channel_is_named_and_refuses_the_event_if_it_is_the_base_slab(kind: str, channel: str) -> None:

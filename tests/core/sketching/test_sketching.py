@@ -52,6 +52,7 @@ def test_a_wave_over_the_displacement_is_sketched_by_its_own_formula() -> None:
         sketch(BOUC_WEN, hidden(3e6, 0.02, seed=5), name="wave_of_a_test")
 
 
+@pytest.mark.accuracy
 def test_a_short_wave_is_found_between_the_starts_of_the_search() -> None:
     """Thirty radians at the largest displacement: a start that is a tenth off shows nothing of it there.
 

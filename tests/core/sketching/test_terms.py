@@ -59,6 +59,7 @@ def named(name: str) -> Term:
     return next(term for term in TERMS if term.name == name)
 
 
+@pytest.mark.accuracy
 def test_every_term_is_in_the_simulation_what_it_was_in_the_search() -> None:
     """One effect of all terms, so that everything is compiled once; 1 % of each term's size: the search takes motion as
     linear between samples."""
@@ -157,6 +158,7 @@ def test_threads_have_effects_of_their_own() -> None:
         assert (here, other.result()) == (before, {"elastic", "own"})
 
 
+@pytest.mark.accuracy
 def test_a_name_that_was_free_again_gives_the_force_of_its_new_law() -> None:
     """Sketches of one process have the same name one after the other; none of them stays."""
     before, forces = dict(EFFECTS), []

@@ -58,6 +58,7 @@ def found(today: EventAnalysis) -> AddedSensors:
     return core.added_sensors([today], described())
 
 
+@pytest.mark.accuracy
 def test_the_force_becomes_as_narrow_as_predicted(today: EventAnalysis, found: AddedSensors) -> None:
     """4 %: the noise of one record against that of another, and modes that the record determines a little less well."""
     assert {one.level for one in found.sensors} == {"2F", "3F", "5F", "6F", "7F"}

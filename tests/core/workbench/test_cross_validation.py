@@ -35,6 +35,7 @@ def steps() -> list[Validated]:
     return list(validated(begun, earthquakes, BOUC_WEN.effects, OFFERED, silent))
 
 
+@pytest.mark.accuracy
 def test_the_right_effect_is_added_and_the_stand_in_removed(steps: list[Validated]) -> None:
     """Beside hardening friction predicts nothing; a step in time is not tried, though it is offered."""
     assert [(one.change, one.is_added) for one in steps] == [("", True), ("hardening", True), ("friction", False)]

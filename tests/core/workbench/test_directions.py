@@ -37,6 +37,7 @@ def one_sided() -> DiagnosisResult:
     return diagnose(BOUC_WEN, seen(BOUC_WEN, HARD), effects=OFFERED)
 
 
+@pytest.mark.accuracy
 def test_each_direction_has_its_own_answer(one_sided: DiagnosisResult) -> None:
     named = {one.direction: [step.chosen.effect for step in one.diagnosis.named] for one in one_sided.directions}
     assert named == {"x": [], "y": ["hardening"]}
@@ -50,6 +51,7 @@ def test_the_text_says_in_which_direction_it_acts_and_why_not_in_the_other(one_s
     assert "In direction x only" not in text
 
 
+@pytest.mark.accuracy
 def test_weak_records_of_the_other_direction_do_not_exclude_it() -> None:
     found = diagnose(BOUC_WEN, seen(HARD, BOUC_WEN, (0.004, 0.006, 0.005)), effects=OFFERED)
     text = " ".join(found.text)

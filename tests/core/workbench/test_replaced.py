@@ -22,6 +22,7 @@ def by_steel(*, alone: bool) -> DiagnosisResult:
     return diagnose(BOUC_WEN, seen, effects=("sharp_hysteresis", "steel_hysteresis", "friction"), directions=["x"])
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("alone", [True, False])
 def test_a_steel_damper_is_named_and_replaces_the_round_one_where_it_is_alone(*, alone: bool) -> None:
     found = by_steel(alone=alone)

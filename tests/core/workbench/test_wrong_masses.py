@@ -28,6 +28,7 @@ def diagnosed(change: float, hidden: str) -> DiagnosisResult:
     return diagnose(BOUC_WEN, seen, hold_out=[seen[-1].name], effects=OFFERED)
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("change", [-0.08, 0.1])
 def test_wrong_masses_are_the_outcome_and_the_first_sentence(change: float) -> None:
     result = diagnosed(change, "none")

@@ -103,6 +103,7 @@ def test_a_record_that_does_not_rest() -> None:
     assert 0.90 <= agreed.coverage <= 0.99  # 15 s hold few independent errors
 
 
+@pytest.mark.accuracy
 @pytest.mark.parametrize("measured", [[6], [2, 6], [0, 3], [0, 1, 2, 3, 4, 5, 6]])
 def test_any_floors(measured: list[int]) -> None:
     s = short(measured)
