@@ -5,9 +5,6 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.table import Table
-from rich.text import Text
 
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
@@ -17,10 +14,10 @@ from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion
 from core.record import Finding
 from core.rounding import significant, with_std
+from core.tables import Table
 from service.reports import charts as report_charts
-from service.reports.terminal import folding_table
+from service.reports.document import Document, Part, heading, notes, paragraph
 
-STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
 DEVIATIONS = (
     "± is one standard deviation. An error in the building's total mass scales the force, stiffness and damping of the "
     "isolators; the standard deviations do not include it."
@@ -46,51 +43,47 @@ FIGURE_SCALE = 2.0
 """Pixels of a PNG per pixel of the page, for print."""
 
 
-def summary(event: EventAnalysis, description: BuildingDescription) -> RenderableType:
+def summary(event: EventAnalysis, description: BuildingDescription) -> Document:
     """Quality findings, then modes, peak force and equivalent values of each direction."""
-    return Group(*_parts(event, description))
-
-
-def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
     pga = "" if event.pga is None else f", largest ground acceleration {significant(event.pga * GAL)} gal"
-    yield Text(f"{description.code}, {event.start:%Y-%m-%d %H:%M:%S} UTC{pga}", style="bold")
+    title = f"{description.code}, {event.start:%Y-%m-%d %H:%M:%S} UTC{pga}"
+    return Document(title, tuple(_parts(event, description)))
+
+
+def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[Part]:
     if event.refusal is not None:
-        yield Text(f"refused: {event.refusal}", style=STYLES["fatal"])
+        yield heading(f"refused: {event.refusal}")
     if event.quality:
         yield _quality(event.quality)
     for name, result in event.directions.items():
         yield from _direction(name, result, description)
-    yield from _across(event)
+    if across := _across(event):
+        yield heading(", ".join(across))
     if event.directions:
-        yield Text(f"\n{DEVIATIONS}", style="dim")
+        yield notes([DEVIATIONS])
 
 
 def _quality(findings: tuple[Finding, ...]) -> Table:
-    table = folding_table("severity", "kind", "channel", "finding", title="quality")
-    for finding in findings:
-        row = (finding.severity, finding.kind, finding.channel or "", finding.message)
-        table.add_row(*(Text(cell) for cell in row), style=STYLES[finding.severity])
-    return table
+    headings = ("severity", "kind", "channel", "finding")
+    rows = tuple((one.severity, one.kind, one.channel or "", one.message) for one in findings)
+    return Table("quality", headings, rows, texts=headings)
 
 
-def _direction(name: str, result: DirectionAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
+def _direction(name: str, result: DirectionAnalysis, description: BuildingDescription) -> Iterator[Part]:
     force = result.restoring_force
     peak, std = (value * KN for value in force.peak)
-    yield Text(
-        f"\ndirection {name}: peak force {with_std(peak, std)} kN (estimator {force.estimator})",
-        style="bold",
-    )
+    yield heading(f"direction {name}: peak force {with_std(peak, std)} kN (estimator {force.estimator})")
     if force.assessment is not None:
-        yield Text(_assumed(force.assessment))
+        yield paragraph([_assumed(force.assessment)])
     if force.modes:
         yield _modes(result, description)
-    if result.motion is not None:
-        yield Text(_moved(result.motion))
+    moved = [] if result.motion is None else [_moved(result.motion)]
     if result.displacement is None:
-        yield Text("no displacement of the isolation layer was measured: no equivalent values")
+        moved.append("no displacement of the isolation layer was measured: no equivalent values")
     elif not result.equivalent:
-        yield Text("no cycle was large enough for equivalent values")
-    else:
+        moved.append("no cycle was large enough for equivalent values")
+    yield paragraph(moved)
+    if result.displacement is not None and result.equivalent:
         yield _equivalent(result.equivalent)
 
 
@@ -111,31 +104,32 @@ def _moved(motion: MeasuredMotion) -> str:
     return f"{text}, residual {with_std(motion.residual.value * MM, motion.residual.std * MM)} mm"
 
 
-def _across(event: EventAnalysis) -> Iterator[RenderableType]:
+def _across(event: EventAnalysis) -> list[str]:
     """Results across the directions."""
-    parts = []
+    found = []
     if event.peak_resultant is not None:
-        parts.append(f"peak resultant displacement {significant(event.peak_resultant * MM)} mm")
+        found.append(f"peak resultant displacement {significant(event.peak_resultant * MM)} mm")
     if event.torsion is not None:
         peak, std = event.torsion.peak
-        parts.append(f"peak torsion {with_std(peak * MRAD, std * MRAD)} mrad")
+        found.append(f"peak torsion {with_std(peak * MRAD, std * MRAD)} mrad")
     if event.axial_load is not None:
         load = event.axial_load
-        parts.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
-    if parts:
-        yield Text("\n" + ", ".join(parts), style="bold")
+        found.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
+    return found
 
 
 def _modes(result: DirectionAnalysis, description: BuildingDescription) -> Table:
-    floors = [level.name for level in description.floors]
-    table = folding_table("mode", "Hz", "damping (%)", title="superstructure, fixed base")
-    for floor in floors:
-        table.add_column(Text(floor), justify="right")
-    for number, mode in enumerate(result.restoring_force.modes, start=1):
-        shape = (f"{value:.2f}" for value in mode.shape)
-        damping = with_std(mode.damping_ratio * PERCENT, _scaled(mode.damping_ratio_std, PERCENT))
-        table.add_row(str(number), with_std(mode.frequency, mode.frequency_std), damping, *shape)
-    return table
+    rows = tuple(
+        (
+            str(number),
+            with_std(mode.frequency, mode.frequency_std),
+            with_std(mode.damping_ratio * PERCENT, _scaled(mode.damping_ratio_std, PERCENT)),
+            *(f"{value:.2f}" for value in mode.shape),
+        )
+        for number, mode in enumerate(result.restoring_force.modes, start=1)
+    )
+    headings = ("mode", "Hz", "damping (%)", *(level.name for level in description.floors))
+    return Table("superstructure, fixed base", headings, rows)
 
 
 def _equivalent(cycles: tuple[EquivalentSegment, ...]) -> Table:
@@ -143,11 +137,9 @@ def _equivalent(cycles: tuple[EquivalentSegment, ...]) -> Table:
     title = "isolation layer by cycle"
     if len(cycles) > SHOWN:
         title += f", the {SHOWN} largest of {len(cycles)} (--json writes all)"
-    table = Table(title=title, title_justify="left")
-    for heading in ("from (s)", "to (s)", "amplitude (mm)", "strain (%)", "k_eq (kN/mm)", "c_eq (kN s/mm)"):
-        table.add_column(heading, justify="right", no_wrap=heading.startswith(("k_eq", "c_eq")))
-    for cycle in largest:
-        table.add_row(
+    headings = ("from (s)", "to (s)", "amplitude (mm)", "strain (%)", "k_eq (kN/mm)", "c_eq (kN s/mm)")
+    rows = tuple(
+        (
             f"{cycle.start:.2f}",
             f"{cycle.end:.2f}",
             significant(cycle.amplitude * MM),
@@ -155,7 +147,9 @@ def _equivalent(cycles: tuple[EquivalentSegment, ...]) -> Table:
             with_std(cycle.k_eq * KN_PER_MM, cycle.k_eq_std * KN_PER_MM),
             with_std(cycle.c_eq * KN_PER_MM, cycle.c_eq_std * KN_PER_MM),
         )
-    return table
+        for cycle in largest
+    )
+    return Table(title, headings, rows)
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -3,21 +3,18 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from service.building_reports import texts
 from service.building_reports.earthquake import EarthquakeReport
 from service.building_reports.pictures import Picture
 from service.building_reports.year import YearReport
-from service.language.templates import translate
 from service.language.translation import said
 from service.reports import paper
-from service.reports.html import own_ids
+from service.reports.html import environment, own_ids, rendered
 from service.verdict.checks import Level
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -46,8 +43,10 @@ def pages(report: Report, pictures: Sequence[Picture], issued: datetime) -> list
 
 def html(report: Report, pictures: Sequence[Picture], issued: datetime) -> bytes:
     """The report as one file of HTML without a script, its pictures within."""
-    template = _environment().get_template(f"building_reports/templates/{NAMES[type(report)]}.html")
-    return template.render(report=_data(report, pictures, issued)).encode()
+    shown = _data(report, pictures, issued)
+    symbol = Markup(shown["symbols"][shown["level"]])
+    template = f"building_reports/templates/{NAMES[type(report)]}.html"
+    return rendered(template, report=shown, drawn=_drawn, bar=_bar, symbol=symbol).encode()
 
 
 Form = Callable[[Report, Sequence[Picture], datetime], bytes]
@@ -78,24 +77,10 @@ def _words(picture: Picture) -> dict[str, str]:
     return {"title": said(picture.title), "caption": said(picture.caption), "reason": said(picture.reason)}
 
 
-@cache
-def _environment() -> Environment:
-    made = Environment(
-        loader=PackageLoader("service", ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    translate(made)
-    made.globals |= {"drawn": _drawn, "bar": _bar, "symbol": lambda report: Markup(report["symbols"][report["level"]])}
-    return made
-
-
 def _symbol(level: Level, *, is_white: bool) -> str:
     """A level's symbol, as pages have it: in ink, and white where it stands in a dark box."""
     ink, paper_shade = ("#fff", "#000") if is_white and level in DARK else ("#000", "#fff")
-    drawn = _environment().from_string(SYMBOL).render(level=level.value)
+    drawn = environment().from_string(SYMBOL).render(level=level.value)
     style = INKS.format(ink=ink, paper=paper_shade)
     return drawn.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1).replace(">", f">{style}", 1)
 

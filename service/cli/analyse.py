@@ -1,5 +1,6 @@
 """`menshin analyse`: the service's chain on files, without a database."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -111,14 +112,15 @@ def _shown(
 
     from service.analyses.document import file_results
     from service.analyses.report import summary, write_files
-    from service.verdict import terminal as verdict_terminal
+    from service.reports.text import printed
     from service.verdict.measured import of_analysis
+    from service.verdict.report import parts as verdict_parts
     from service.verdict.schema import verdict_out
 
     description = building.description
     assessment = of_analysis(result, description, building.limits)
-    Console().print(summary(result, description))
-    Console().print(verdict_terminal.checks(assessment))
+    shown = summary(result, description)
+    Console().print(printed(replace(shown, parts=(*shown.parts, *verdict_parts(assessment)))))
     if json is not None:
         write_json(file_results(result, description, settings, verdict_out(assessment)), json)
     if out is not None:

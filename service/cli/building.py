@@ -24,7 +24,7 @@ from service.cli.inputs import (
     write_json,
     write_text,
 )
-from service.reports.terminal import print_table
+from service.reports.text import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

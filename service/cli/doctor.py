@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-STYLES = {"good": "green", "note": "yellow", "wrong": "bold red", "unknown": "magenta"}
-
 
 @app.command()
 def doctor(
@@ -55,13 +53,11 @@ def doctor(
 
 
 def _print(findings: "tuple[Finding, ...]") -> None:
-    from rich.text import Text
-
-    from service.reports.terminal import print_table
+    from service.reports.text import print_table
 
     rows, previous = [], ""
     for one in findings:
         name = "" if one.check == previous else one.check
-        rows.append((name, Text(one.state, STYLES[one.state]), one.found, one.helps))
+        rows.append((name, one.state, one.found, one.helps))
         previous = one.check
     print_table(("check", "state", "found", "what helps"), rows)

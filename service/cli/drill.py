@@ -34,7 +34,7 @@ def drill(
     from service.buildings.store import BuildingError, find
     from service.errors import TooManyRequestsError
     from service.notify.drill import drill as put_drill
-    from service.reports.terminal import print_table
+    from service.reports.text import print_table
 
     with opened(context) as sessions:
         try:

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.text import Text
 
 from service.cli.database import transaction
 from service.cli.inputs import REFUSED, end
-from service.reports.terminal import print_table
+from service.reports.document import Document
+from service.reports.text import print_table, printed
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -86,11 +86,10 @@ def _print_all(found: "list[Standing]") -> None:
 
 
 def _print_one(one: "Standing") -> None:
-    from service.verdict import terminal
+    from service.verdict.report import parts
 
-    console = Console()
-    console.print(Text(f"{one.building.code}, {one.building.name}; last earthquake (UTC): {_last(one)}"))
-    console.print(terminal.checks(one.verdict))
+    title = f"{one.building.code}, {one.building.name}; last earthquake (UTC): {_last(one)}"
+    Console().print(printed(Document(title, tuple(parts(one.verdict)))))
 
 
 def _last(one: "Standing") -> str:

@@ -6,11 +6,12 @@ from itertools import groupby
 
 from rich.console import Group, RenderableType
 from rich.syntax import Syntax
-from rich.table import Table
+from rich.table import Table as RichTable
 from rich.text import Text
 
 from core.effect import Effect, Parameter, explained
-from service.reports.terminal import folding_table
+from core.tables import Table
+from service.reports.text import table as drawn
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:
@@ -26,7 +27,9 @@ def law(effect: Effect) -> str:
 
 def overview(effects: Mapping[str, Effect]) -> RenderableType:
     """A table of all, by family: effects of one family leave similar traces in records."""
-    table = folding_table("effect", "suspect it when")
+    table = RichTable()
+    for heading in ("effect", "suspect it when"):
+        table.add_column(heading, overflow="fold")
     for family, names in families(effects).items():
         table.add_row(Text(family, style="bold"), "")
         for name in names:
@@ -43,7 +46,7 @@ def sheet(name: str, effect: Effect) -> RenderableType:
 def _parts(name: str, effect: Effect) -> Iterator[RenderableType]:
     yield Text(f"{name}: {effect.title} (family {effect.family})", style="bold")
     yield Text(f"\n{explained(effect, None)}\nSuspect it when: {effect.suspect_when}\nSource: {effect.source}\n")
-    yield _parameters(effect.parameters)
+    yield drawn(_parameters(effect.parameters))
     absent = " and ".join(f"{key} = {value:g}" for key, value in effect.absent.items())
     kind = f", of the kind {effect.kind}" if effect.kind else ""
     yield Text(f"It has no influence at {absent}. It acts on: {effect.acts_on}{kind}.")
@@ -54,9 +57,9 @@ def _parts(name: str, effect: Effect) -> Iterator[RenderableType]:
 
 
 def _parameters(parameters: tuple[Parameter, ...]) -> Table:
-    table = folding_table("parameter", "unit", "bounds", "usual", "meaning")
-    for one in parameters:
-        low, high = one.bounds
-        cells = (one.name, one.unit, f"{low:g} ... {high:g}", f"{one.prior.median:g}", one.meaning)
-        table.add_row(*(Text(cell) for cell in cells))
-    return table
+    headings = ("parameter", "unit", "bounds", "usual", "meaning")
+    rows = (
+        (one.name, one.unit, "{:g} ... {:g}".format(*one.bounds), f"{one.prior.median:g}", one.meaning)
+        for one in parameters
+    )
+    return Table("", headings, tuple(rows), texts=headings)

@@ -39,12 +39,12 @@ def rendered(template: str, **values: object) -> str:
         values: what the template shows, besides `version` and `style`.
     """
     own = {"version": VERSION, "style": Markup(STYLE.read_text("utf-8"))}
-    return _environment().get_template(template).render(**own, **values)
+    return environment().get_template(template).render(**own, **values)
 
 
 @cache
-def _environment() -> Environment:
-    """The templates of all files."""
+def environment() -> Environment:
+    """The templates of all files, by their path within this package."""
     made = Environment(
         loader=PackageLoader("service", ""),
         autoescape=True,

@@ -1,8 +1,8 @@
-"""Reports as text: at a terminal, and as Markdown. Figures are for HTML files."""
+"""Reports and tables as text: at a terminal, and as Markdown. Figures are for HTML files."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
@@ -12,6 +12,13 @@ from service.reports.document import Document, Figure, Part, Text
 NARROW = 40
 """Characters up to which the names of rows stay on one line."""
 STYLES = {"heading": "bold", "note": "dim"}
+STATE_STYLES = {
+    "good": "green",
+    **dict.fromkeys(("note", "warning", "undecided"), "yellow"),
+    **dict.fromkeys(("wrong", "fatal", "exceeded"), "bold red"),
+    "unknown": "magenta",
+}
+"""By the word that is all of a cell and states how something is."""
 
 
 def printed(document: Document) -> RenderableType:
@@ -28,15 +35,30 @@ def markdown(document: Document) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
+def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
+    """Print a table of texts.
+
+    Args:
+        headings: of the columns.
+        rows: as many cells each.
+        title: above the table.
+    """
+    Console().print(table(Table(title, tuple(headings), tuple(map(tuple, rows)), texts=tuple(headings))))
+
+
 def table(content: Table) -> RichTable:
-    """A table without its note; sums stand apart."""
+    """A table without its note, every cell in full: words longer than their column are folded. Sums stand apart.
+
+    A cell is no markup: square brackets are printed as they are.
+    """
     drawn = RichTable(title=content.caption or None, title_justify="left", title_style="bold")
     for number, title in enumerate(content.headings):
         is_text = not number or title in content.texts
         is_narrow = not number and max((len(row[0]) for row in content.rows), default=0) <= NARROW
         drawn.add_column(RichText(title), justify="left" if is_text else "right", no_wrap=is_narrow, overflow="fold")
     for number, row in enumerate(content.rows, start=1):
-        drawn.add_row(*map(RichText, row), end_section=number == len(content.rows) - content.sums)
+        cells = (RichText(cell, style=STATE_STYLES.get(cell, "")) for cell in row)
+        drawn.add_row(*cells, end_section=number == len(content.rows) - content.sums)
     return drawn
 
 
