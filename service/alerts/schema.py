@@ -154,7 +154,7 @@ class AlertOut(AlertLine):
     changes: list[ChangeOut] = Field(description="Every change of its state, the earliest first.")
     inspections: list[InspectionOut] = Field(description="Inspections, the earliest first.")
     comments: list[CommentOut] = Field(description="Comments and assignments, the earliest first.")
-    told: list[AlertMessageOut] = Field(description="Messages about it and their deliveries.")
+    messages: list[AlertMessageOut] = Field(description="Messages about it and their deliveries.")
 
 
 AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN = "as_before", "from_now", "since_it_began"
@@ -366,7 +366,7 @@ def alert_out(session: Session, alert: Alert, now: datetime) -> AlertOut:
         changes=[ChangeOut.model_validate(change) for change in alert.changes],
         inspections=[InspectionOut.model_validate(one) for one in alert.inspections],
         comments=[CommentOut.model_validate(one) for one in alert.comments],
-        told=_messages(session, alert),
+        messages=_messages(session, alert),
     )
 
 

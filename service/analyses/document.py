@@ -12,6 +12,7 @@ from core.shaking.classes import long_period_class
 from core.shaking.measures import SPECTRUM_PERIODS
 from service.analyses import store
 from service.analyses.schema import (
+    AssessmentOut,
     CycleOut,
     DirectionOut,
     FileResults,
@@ -19,7 +20,6 @@ from service.analyses.schema import (
     LayerOut,
     ModeOut,
     PeakOut,
-    RelianceOut,
     SensorOut,
     ShakingOut,
 )
@@ -39,7 +39,7 @@ REASONS: Mapping[str, str] = {
     "gain": "no other sensor determines it",
     "gain_std": "no other sensor determines it",
     "refusal": "the event was not refused",
-    "reliance": "the estimator does not assess itself",
+    "assessment": "the estimator does not assess itself",
     "chi_square": "no superstructure was needed, or none was found",
     "fallback": "the estimate is its own",
     "settings.sensors": "every instrumented level was used",
@@ -126,8 +126,8 @@ def peaks(analysis: Analysis, description: BuildingDescription) -> list[PeakOut]
 def direction_out(result: DirectionResult, cycles: int) -> DirectionOut:
     """Results in one direction, with its number of cycles."""
     return DirectionOut(
-        **_columns(result, DirectionOut, "reliance", "cycles", "modes"),
-        reliance=None if result.reliance is None else RelianceOut(**json_values(result.reliance)),
+        **_columns(result, DirectionOut, "assessment", "cycles", "modes"),
+        assessment=None if result.assessment is None else AssessmentOut(**json_values(result.assessment)),
         cycles=cycles,
         modes=[ModeOut(**_columns(mode, ModeOut)) for mode in result.modes],
     )

@@ -64,7 +64,7 @@ class ModeOut(Answer):
     )
 
 
-class RelianceOut(Answer):
+class AssessmentOut(Answer):
     """Reliability of a force's estimate: its assumptions, checked against the record."""
 
     assumption: str = Field(description="Assumptions on superstructure and sensors.")
@@ -85,7 +85,7 @@ class DirectionOut(Answer):
     direction: str = Field(description="x or y, as the building file names it.")
     peak_force: Number = Field(description="N, largest absolute restoring force.")
     force_std: Number = Field(description="N, standard deviation of the force at its peak.")
-    reliance: RelianceOut | None = Field(description="Null of an estimator that does not judge itself.")
+    assessment: AssessmentOut | None = Field(description="Null of an estimator that does not judge itself.")
     peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
     peak_displacement_std: Number | None = Field(description="m; null where there is no peak displacement.")
     lowest_frequency: Number | None = Field(

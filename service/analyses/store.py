@@ -222,7 +222,7 @@ def _direction_result(
         count=force.force.size,
         peak_force=peak,
         force_std=peak_std,
-        reliance=None if force.assessment is None else asdict(force.assessment),
+        assessment=None if force.assessment is None else asdict(force.assessment),
         **({} if direction.motion is None else _motion(direction.motion)),
         force=encode_history(force.force, force.std),
         force_rigid=encode_history(force.rigid, force.std),

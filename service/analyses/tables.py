@@ -74,7 +74,7 @@ class DirectionResult(Base):
     count: Mapped[int]
     peak_force: Mapped[float]
     force_std: Mapped[float]
-    reliance: Mapped[dict[str, Any] | None]
+    assessment: Mapped[dict[str, Any] | None]
     """core.estimators.result.Assessment; None of an estimator that does not assess itself."""
     peak_displacement: Mapped[float | None]
     peak_displacement_std: Mapped[float | None]

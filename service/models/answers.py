@@ -36,7 +36,7 @@ from service.models.trend import EventError, RatedError
 from service.records.tables import Event
 
 Compared = Sequence[tuple[ModelComparison, Event]]
-ROLES = ("fitted", "left_out", "later")
+ROLES = ("fitted", "held_out", "later")
 
 
 def rows(session: Session, models: Sequence[ModelVersion]) -> list[ModelRow]:
@@ -59,7 +59,7 @@ def whole(session: Session, model: ModelVersion) -> ModelOut:
         assumed=model.assumed,
         outcome=model.outcome,
         fitted_to=_events(compared, "fitted"),
-        left_out=_events(compared, "left_out"),
+        held_out=_events(compared, "held_out"),
     )
 
 
@@ -263,7 +263,7 @@ def diagnosis(stored: ModelDiagnosis) -> DiagnosisOut:
 
 
 def _diagnosis_values(stored: ModelDiagnosis) -> dict[str, Any]:
-    same = ("id", "outcome", "fitted", "left_out", "analyses", "revision_id", "author", "created_at", "version")
+    same = ("id", "outcome", "fitted", "held_out", "analyses", "revision_id", "author", "created_at", "version")
     return {name: getattr(stored, name) for name in same} | {
         "model": stored.model_id,
         "explanation": " ".join(stored.sentences),

@@ -221,7 +221,7 @@ def _events(errors: ModelErrors, held_out: Collection[str] = ()) -> list[EventEr
             name=one.observation.name,
             start=one.observation.start.isoformat(),
             direction=one.observation.direction,
-            left_out=one.observation.name in held_out,
+            held_out=one.observation.name in held_out,
             force=MisfitOut.of(one.misfit),
             prediction=_prediction(predicted.get((one.observation.name, one.observation.direction))),
         )

@@ -24,8 +24,8 @@ from service.models.tables import ModelComparison, ModelVersion
 from service.records.tables import Event
 from service.settings import Settings
 
-FITTED, LEFT_OUT, LATER = "fitted", "left_out", "later"
-"""Role of an event for a model; LEFT_OUT is the stored word for held out."""
+FITTED, HELD_OUT, LATER = "fitted", "held_out", "later"
+"""Role of an event for a model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class ModelEvent:
     """Name of the earthquake: its start."""
     start: datetime
     role: str
-    """For the model as it is: FITTED, LEFT_OUT or LATER."""
+    """For the model as it is: FITTED, HELD_OUT or LATER."""
     is_held_out: bool
     """From a fit."""
     is_requested: bool

@@ -19,7 +19,7 @@ from service.jobs.stages import ReportStep, Stage
 from service.jobs.tables import Job
 from service.models import documents, store, texts
 from service.models.comparing import Comparison, compared, given, observed, observing, records
-from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
+from service.models.inputs import FITTED, HELD_OUT, WorkInputs
 from service.models.model_file import ModelFile
 from service.models.operations import add, diagnose, fit, improve
 from service.models.results import as_json
@@ -210,7 +210,7 @@ def store_diagnosis(session: Session, claim: Claim, inputs: WorkInputs, done: Se
         created_at=now,
         version=VERSION,
         fitted=[one.event_id for one in requested if not one.is_held_out],
-        left_out=[one.event_id for one in requested if one.is_held_out],
+        held_out=[one.event_id for one in requested if one.is_held_out],
         analyses=[one.analysis_id for one in (*requested, *(one.event for one in inputs.unusable))],
         outcome=result.outcome,
         sentences=list(result.sentences),
@@ -245,7 +245,7 @@ def _store(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[An
         outcome=fit.outcome,
     )
     made = store.add(session, parent.building_id, draft, now)
-    roles = {one.event.event_id: LEFT_OUT if one.event.is_held_out else FITTED for one in inputs.events}
+    roles = {one.event.event_id: HELD_OUT if one.event.is_held_out else FITTED for one in inputs.events}
     store.add_comparisons(session, parent.id, before.each, inputs.roles, now)
     store.add_comparisons(session, made.id, after.each, roles, now)
     job.result = {"made": made.id, "fails": list(after.fails), "fit": dict(fit.document)}

@@ -26,6 +26,7 @@ def _finite(value: object) -> object:
 
 Value = Annotated[Number | None, BeforeValidator(_finite)]
 NoiseRatio = Annotated[Value, Field(validation_alias=AliasChoices("noise_ratio", "in_noise_floors"))]
+HeldOut = Annotated[bool, Field(validation_alias=AliasChoices("held_out", "left_out"))]
 """RMS of an error in multiples of that of a correct model; earlier versions stored it by another name."""
 
 
@@ -69,7 +70,7 @@ class EventErrors(Result):
     name: str = Field(description="Name of the earthquake.")
     start: str = Field(description="Time of its first sample.")
     direction: str = Field(description="x or y.")
-    left_out: bool = Field(description="True if the earthquake was held out.")
+    held_out: HeldOut = Field(description="True if the earthquake was held out.")
     force: MisfitOut = Field(description="Error of the force, driven by the measured motion.")
     prediction: PredictionOut | None = Field(description="Null where nothing measured the ground.")
 

@@ -49,7 +49,7 @@ class Errors(Answer):
     """The same by the events' role for the model; null without any."""
 
     fitted: ErrorOut | None = Field(description="Events that its values were fitted to.")
-    left_out: ErrorOut | None = Field(description="Events that were held out of the fit.")
+    held_out: ErrorOut | None = Field(description="Events that were held out of the fit.")
     later: ErrorOut | None = Field(description="Events that it was only compared with.")
 
 
@@ -104,7 +104,7 @@ class ModelOut(ModelRow):
         description="Outcome of the fit, and the parameters that it could not determine; null where nothing was fitted."
     )
     fitted_to: list[int] = Field(description="Numbers of the events that its values were fitted to.")
-    left_out: list[int] = Field(description="Numbers of the events that were held out of the fit.")
+    held_out: list[int] = Field(description="Numbers of the events that were held out of the fit.")
 
 
 class ModelRequest(BaseModel):
@@ -130,7 +130,7 @@ class ComparisonRow(Answer):
     event: int = Field(description="Number of the event.")
     event_start: datetime = Field(description="Time of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
-    role: str = Field(description="`fitted`, `left_out` or `later`: the event's role for the model.")
+    role: str = Field(description="`fitted`, `held_out` or `later`: the event's role for the model.")
     analysis: int = Field(description="Number of the analysis that it was compared with.")
     nrmse: Number | None = Field(description="NRMSE of the force, driven by the measured motion; null without a force.")
     noise_floor: Number | None = Field(description="NRMSE of a correct model.")
@@ -393,7 +393,7 @@ class DiagnosisRow(Answer):
     )
     explanation: str = Field(description="The same and more, in words.")
     fitted: list[int] = Field(description="Numbers of the events that candidates were fitted to.")
-    left_out: list[int] = Field(description="Numbers of the events held out.")
+    held_out: list[int] = Field(description="Numbers of the events held out.")
     analyses: list[int] = Field(
         description="Numbers of the analyses of all of them, and of refused events that only show the sensors' state."
     )

@@ -11,7 +11,7 @@ from core.sketching.law import Law
 from core.workbench.sketching import Proposal, SketchResult
 from service.models.documents import versions
 from service.models.model_file import ModelFile
-from service.models.results import FittedValue, Head, Result, Value, VersionOut
+from service.models.results import FittedValue, Head, HeldOut, Result, Value, VersionOut
 from service.reports.thinning import extremes
 
 POINTS = 3000
@@ -57,19 +57,19 @@ class TraceOut(Result):
 
     earthquake: str
     direction: str
-    left_out: bool = Field(description="True if the earthquake was held out.")
+    held_out: HeldOut = Field(description="True if the earthquake was held out.")
     variable: list[Value] = Field(description="SI.")
     force: list[Value] = Field(description="N: what is measured beyond the model without the law.")
     law: list[Value] | None = Field(description="N, the law's; null if nothing is proposed.")
 
     @classmethod
-    def of(cls, one: Trace, left_out: bool, most: int) -> "TraceOut":
+    def of(cls, one: Trace, held_out: bool, most: int) -> "TraceOut":
         """Samples of a trace at equal intervals, at most so many."""
         kept = slice(None, None, -(-one.force.size // most))
         return cls(
             earthquake=one.earthquake,
             direction=one.direction,
-            left_out=left_out,
+            held_out=held_out,
             variable=one.variable[kept].tolist(),
             force=one.force[kept].tolist(),
             law=None if one.law is None else one.law[kept].tolist(),

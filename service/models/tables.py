@@ -75,7 +75,7 @@ class ModelComparison(Base):
     analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), index=True)
     direction: Mapped[str]
     role: Mapped[str]
-    """`fitted`, `left_out`, or `later`: known to neither the fit nor the choice of effects."""
+    """`fitted`, `held_out`, or `later`: known to neither the fit nor the choice of effects."""
     created_at: Mapped[datetime]
     version: Mapped[str]
     """Version of the code."""
@@ -129,7 +129,7 @@ class ModelDiagnosis(Base):
     """Version of the code."""
     fitted: Mapped[list[int]]
     """Numbers of the events that candidates were fitted to."""
-    left_out: Mapped[list[int]]
+    held_out: Mapped[list[int]]
     analyses: Mapped[list[int]]
     """Numbers of the analyses of all of them."""
     outcome: Mapped[str]

@@ -44,7 +44,7 @@ def referring(session: Session) -> Mapping[str, ColumnElement[bool]]:
         compared.where(current),
         *(
             _listed(session, column).where(ModelDiagnosis.model_id.in_(models))
-            for column in (ModelDiagnosis.fitted, ModelDiagnosis.left_out)
+            for column in (ModelDiagnosis.fitted, ModelDiagnosis.held_out)
         ),
     )
     return {

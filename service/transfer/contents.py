@@ -181,7 +181,7 @@ WITHIN: Mapping[str, Mapping[str, Callable[[Any, Shifts], Any]]] = {
     "message": {"key": _in_text, "link": _in_text, "data": _by_keys},
     "model_diagnosis": {
         "fitted": _of_table("event"),
-        "left_out": _of_table("event"),
+        "held_out": _of_table("event"),
         "analyses": _of_table("analysis"),
     },
     "stream_state": {"looked": _of_table("packet"), "cuts": _by_keys},

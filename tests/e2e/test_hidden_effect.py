@@ -90,7 +90,7 @@ def test_the_error_falls_on_an_earthquake_that_nothing_was_fitted_to(hidden: Tri
         assert at.done(f"/models/{first}/comparisons")["fails"]
         number = at.done(f"/models/{first}/diagnoses", hold_out=left_out)["diagnosis"]
         diagnosis = at.read(f"/diagnoses/{number}")
-        assert (diagnosis["outcome"], diagnosis["set"], diagnosis["left_out"]) == (
+        assert (diagnosis["outcome"], diagnosis["set"], diagnosis["held_out"]) == (
             "effect",
             [*hidden.effects],
             left_out,
@@ -98,6 +98,6 @@ def test_the_error_falls_on_an_earthquake_that_nothing_was_fitted_to(hidden: Tri
         second = at.done(f"/models/{first}/effects", effect=diagnosis["set"][0], hold_out=left_out)["made"]
         assert at.api.post(f"/api/v1/models/{second}/accept").json()["state"] == "current"
         before, after = at.read(f"/models/{second}/lineage")["items"]
-        assert (before["state"], after["errors"]["left_out"]["events"]) == ("draft", 1)
+        assert (before["state"], after["errors"]["held_out"]["events"]) == ("draft", 1)
         (was,) = (one["nrmse"] for one in at.read(f"/models/{first}/comparisons")["items"] if one["event"] in left_out)
-        assert after["errors"]["left_out"]["nrmse"] < 0.5 * was
+        assert after["errors"]["held_out"]["nrmse"] < 0.5 * was

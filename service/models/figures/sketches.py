@@ -118,5 +118,5 @@ def _pairs(one: CourseOut) -> Iterator[dict[str, object]]:
     for trace in one.traces:
         for force_of, law in zip(trace.force, trace.law or (), strict=trace.law is not None):
             if force_of is not None and law is not None:
-                group = HELD_OUT if trace.left_out else FITTED
+                group = HELD_OUT if trace.held_out else FITTED
                 yield {"curve": group, "law": brief(law * KN), "force": brief(force_of * KN)}

@@ -121,7 +121,7 @@ def shown_model(
             former=queries.former_version(session, version) if version.state == "current" else None,
             jobs=jobs,
             followed=next((job.id for job in jobs if job.state in UNDER_WAY), None),
-            ticked=model.left_out if ticked is None else ticked,
+            ticked=model.held_out if ticked is None else ticked,
             may_cancel=lambda job: may_cancel(job, by),
             offered=there,
             diagnoses=queries.diagnoses(session, model_id, None, JOBS),

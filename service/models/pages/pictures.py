@@ -222,7 +222,7 @@ def of_effect(wanted: As, name: EffectName) -> Response:
 
 
 def _by_role(errors: Errors) -> tuple[float | None, ...]:
-    return _error(errors.fitted), _error(errors.left_out), _error(errors.later)
+    return _error(errors.fitted), _error(errors.held_out), _error(errors.later)
 
 
 def _error(of: ErrorOut | MisfitOut | None) -> float | None:

@@ -83,7 +83,7 @@ def _shown_sketch(
             model=model,
             job=job,
             sketch=found,
-            held_out=list(dict.fromkeys(one.earthquake for one in found.course.traces if one.left_out)),
+            held_out=list(dict.fromkeys(one.earthquake for one in found.course.traces if one.held_out)),
             kept=[one.name for one in kept_effects.rows(session) if one.job_id == job_id],
             may_work=by.on(building.code).role >= Role.engineer,
         )

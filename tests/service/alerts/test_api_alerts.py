@@ -83,7 +83,9 @@ def test_an_alert_shows_its_evidence_history_and_recipients(api: TestClient) -> 
     found = api.get(f"{ALERTS}/1").json()
     assert found["evidence"]["drift"] == -0.08
     assert [(one["state"], one["by"]) for one in found["changes"]] == [("active", None)]
-    assert [(one["receiver"], one["state"], one["sequence"]) for one in found["told"]] == [("office", "waiting", "new")]
+    assert [(one["receiver"], one["state"], one["sequence"]) for one in found["messages"]] == [
+        ("office", "waiting", "new")
+    ]
     assert api.get(f"{ALERTS}/99").status_code == 404
 
 

@@ -82,7 +82,7 @@ def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]
 def test_a_message_without_recipient_is_stored_and_listed_with_the_reason(stage: Stage) -> None:
     alert = stage.api.get("/api/v1/alerts").json()["items"][0]["id"]
     assert "Not sent: no recipients" in stage.api.get(f"/alerts/{alert}").text
-    (reported,) = stage.api.get(f"/api/v1/alerts/{alert}").json()["told"]
+    (reported,) = stage.api.get(f"/api/v1/alerts/{alert}").json()["messages"]
     assert (reported["receiver"], reported["unsent"]) == (None, "no recipients")
     page = unescape(stage.api.get(f"/buildings/{stage.code}/messages").text)
     assert "8 % softer in direction x</a>" in page

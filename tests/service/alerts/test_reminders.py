@@ -148,7 +148,7 @@ def test_recipients_are_reminded_every_week_until_someone_acknowledges(
     assert len(looked(sessions, SETTINGS, 30, 60)) == 2
     with sessions() as session:
         orders = {
-            alert.kind: [one.sequence for one in alert_out(session, alert, NOW).told if one.receiver == "manager"]
+            alert.kind: [one.sequence for one in alert_out(session, alert, NOW).messages if one.receiver == "manager"]
             for alert in session.query(Alert)
         }
     assert orders["deterioration"].count("repeat") == 1

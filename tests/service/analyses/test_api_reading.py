@@ -109,8 +109,8 @@ def one_event(api: httpx.Client) -> None:
     assert event["pga"] == max(p["peak"] for p in event["peaks"] if p["level"] == "ground")
     assert len(event["analysis"]["inputs"][0]) == 64
     assert event["analysis"]["estimator"] == "smoother"
-    assert x["reliance"]["fallback"] is None
-    assert x["reliance"]["chi_square"] == pytest.approx(1.0, abs=0.3)  # a simulated superstructure leaves but noise
+    assert x["assessment"]["fallback"] is None
+    assert x["assessment"]["chi_square"] == pytest.approx(1.0, abs=0.3)  # a simulated superstructure leaves but noise
     assert event["waveforms"][0]["rate"] == 100.0
     refused = answer(api, f"{API}/events/4")
     assert refused["directions"] == []

@@ -83,7 +83,7 @@ def test_the_file_has_the_schema_of_the_api_and_every_cycle() -> None:
         "shape_std": None,
         "misfit": None,
     }
-    assert x["reliance"] == {
+    assert x["assessment"] == {
         "assumption": "masses as told",
         "chi_square": 1.1,
         "is_at_rest": True,

@@ -106,7 +106,7 @@ def test_a_ticked_box_survives_the_job_and_its_event_is_held_out(url: str, sessi
     work(sessions)
     with client(url) as api:
         made = api.get("/api/v1/models/2").json()
-        assert (made["fitted_to"], made["left_out"]) == ([1], [2])
+        assert (made["fitted_to"], made["held_out"]) == ([1], [2])
 
 
 def test_a_refused_form_keeps_what_was_ticked(api: TestClient) -> None:

@@ -47,7 +47,7 @@ def test_the_first_model_is_made_by_the_design(api: TestClient) -> None:
     assert (first["number"], first["state"], first["parent"], first["author"]) == (1, "draft", None, "loopback")
     assert first["effects"] == ["elastic", "viscous"]
     assert first["assumed"] == ["c_b", "k_b"]  # the building's file gives no design values
-    assert first["errors"] == {"fitted": None, "left_out": None, "later": None}
+    assert first["errors"] == {"fitted": None, "held_out": None, "later": None}
 
 
 def test_a_model_of_given_values(api: TestClient) -> None:

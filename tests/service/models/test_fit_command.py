@@ -65,7 +65,7 @@ def test_the_file_names_its_parent_and_reference(fitted: Fitted) -> None:
 
 def test_the_error_falls_where_it_was_fitted_and_where_not(fitted: Fitted) -> None:
     pairs = list(zip(fitted.document["before"], fitted.document["after"], strict=True))
-    assert [before["left_out"] for before, _ in pairs] == [True, False, False]
+    assert [before["held_out"] for before, _ in pairs] == [True, False, False]
     for before, after in pairs:
         assert after["force"]["rms"] < 0.5 * before["force"]["rms"]
         assert after["prediction"]["displacement"]["nrmse"] < 0.5 * before["prediction"]["displacement"]["nrmse"]

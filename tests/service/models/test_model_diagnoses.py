@@ -1,5 +1,6 @@
 """From an engineer's question to what a model lacks, with its evidence and what it was made from."""
 
+import json
 import re
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -17,10 +18,11 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.effects import EFFECTS
 from service.access import keys
 from service.access.auth import Role
-from service.models.tables import DiagnosisPicture
+from service.models.tables import DiagnosisPicture, ModelDiagnosis
 
 pytestmark = [pytest.mark.slow, pytest.mark.parametrize("database_kind", ["postgresql"], indirect=True)]
 
+FORMER_NAMES = {"noise_ratio": "in_noise_floors", "held_out": "left_out"}
 LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
 
@@ -51,7 +53,7 @@ def test_a_linear_model_lacks_hysteresis(api: TestClient, sessions: sessionmaker
     found: dict[str, Any] = api.get(f"/api/v1/diagnoses/{job['result']['diagnosis']}").json()
     assert (found["model"], found["job"], found["author"]) == (model, job["id"], "engineer")
     analyses = [api.get(f"/api/v1/events/{event}").json()["analysis"]["id"] for event in (1, 2)]
-    assert (found["fitted"], found["left_out"], found["analyses"]) == ([2], [1], analyses)
+    assert (found["fitted"], found["held_out"], found["analyses"]) == ([2], [1], analyses)
     untried = set(EFFECTS) - set(LINEAR) - {one["effect"] for one in found["candidates"]}
     assert all(EFFECTS[name].special for name in untried)  # hysteresis leaves noise: no law that contains a simpler one
     assert "bouc_wen" in found["set"]
@@ -95,7 +97,7 @@ def of_diagnosis(api: TestClient, found: dict[str, Any]) -> None:
     (job,) = api.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"]
     assert (sent.status_code, sent.headers["location"]) == (303, f"/jobs/{job['id']}")
     assert "<progress" in api.get(sent.headers["location"]).text
-    assert job["arguments"] == {"events": found["fitted"], "hold_out": found["left_out"], "effect": "bouc_wen"}
+    assert job["arguments"] == {"events": found["fitted"], "hold_out": found["held_out"], "effect": "bouc_wen"}
     assert api.get("/diagnoses/99").status_code == 404
 
 
@@ -118,9 +120,16 @@ def of_event(api: TestClient, found: dict[str, Any]) -> None:
 
 
 def of_an_earlier_version(api: TestClient, sessions: sessionmaker[Session], found: dict[str, Any]) -> None:
-    """Its pictures are shown as they were stored."""
+    """Its numbers are read under the names they had, and its pictures are shown as they were stored."""
     with sessions.begin() as session:
         session.execute(update(DiagnosisPicture).values(svg="<svg>as it was</svg>", spec=None))
+        stored = session.get_one(ModelDiagnosis, found["id"])
+        document = json.dumps(stored.document)
+        for name, former in FORMER_NAMES.items():
+            assert f'"{name}":' in document
+            document = document.replace(f'"{name}":', f'"{former}":')
+        stored.document = json.loads(document)
+    assert api.get(f"/api/v1/diagnoses/{found['id']}").json() == found
     page = api.get(f"/diagnoses/{found['id']}").text
     assert "model-diagnosis.json" not in page
     pictures = re.findall(r'src="(/charts/model-diagnosis.svg[^"]+)"', page)

@@ -37,7 +37,7 @@ def test_a_fit_makes_the_next_version(api: TestClient, sessions: sessionmaker[Se
     assert (job["kind"], job["progress"]["stages"], job["asked_by"]) == ("fit", 5, "loopback")
     fitted = api.get(f"/api/v1/models/{job['result']['made']}").json()
     assert (fitted["number"], fitted["state"], fitted["parent"], fitted["author"]) == (2, "draft", first, "loopback")
-    assert (fitted["change"], fitted["fitted_to"], fitted["left_out"]) == ("fitted to 1 event, 1 held out", [1], [2])
+    assert (fitted["change"], fitted["fitted_to"], fitted["held_out"]) == ("fitted to 1 event, 1 held out", [1], [2])
     assert fitted["outcome"].startswith("Fitted")
     assert fitted["reference"] == api.get("/api/v1/events/1").json()["start"]
     k_b = next(one for one in fitted["values"] if one["parameter"] == "k_b")
@@ -45,13 +45,13 @@ def test_a_fit_makes_the_next_version(api: TestClient, sessions: sessionmaker[Se
     assert 0 < k_b["std"] < 0.05 * k_b["value"]
     assert {one["role"] for one in api.get(f"/api/v1/models/{fitted['id']}/comparisons").json()["items"]} == {
         "fitted",
-        "left_out",
+        "held_out",
     }
     before, after = api.get(f"/api/v1/models/{fitted['id']}/lineage").json()["items"]
-    assert after["errors"]["fitted"]["events"] == after["errors"]["left_out"]["events"] == 1
+    assert after["errors"]["fitted"]["events"] == after["errors"]["held_out"]["events"] == 1
     assert after["errors"]["later"] is None
     assert before["errors"]["later"]["events"] == 2  # what it was is held against the same events
-    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    assert after["errors"]["held_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
     assert len(job["result"]["fit"]["covariance"]["matrix"]) == len(job["result"]["fit"]["covariance"]["parameters"])
 
 
@@ -63,9 +63,9 @@ def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
     extended = api.get(f"/api/v1/models/{job['result']['made']}").json()
     assert extended["effects"] == [*TRUTH]
     assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 held out"
-    assert (job["kind"], extended["fitted_to"], extended["left_out"]) == ("extend", [2], [1])
+    assert (job["kind"], extended["fitted_to"], extended["held_out"]) == ("extend", [2], [1])
     before, after = api.get(f"/api/v1/models/{extended['id']}/lineage").json()["items"]
-    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    assert after["errors"]["held_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
     given, refitted, with_it = job["result"]["fit"]["versions"]
     assert with_it["error_held_out"]["rms"] < 0.5 * refitted["error_held_out"]["rms"]
     assert with_it["error"]["rms"] < refitted["error"]["rms"] < given["error"]["rms"]
@@ -80,13 +80,13 @@ def test_an_improvement_adds_what_is_missing_and_says_how_it_ended(
     without = create_model(api, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
     job = finished_job(api, sessions, f"/api/v1/models/{without}/improvements", {"hold_out": [1]})
     improved = api.get(f"/api/v1/models/{job['result']['made']}").json()
-    assert (job["kind"], improved["fitted_to"], improved["left_out"]) == ("improve", [2], [1])
+    assert (job["kind"], improved["fitted_to"], improved["held_out"]) == ("improve", [2], [1])
     assert job["result"]["fit"]["taken"] == ["bouc_wen"]
     assert improved["change"] == "with bouc_wen, fitted to 1 event, 1 held out"
     assert "Improvement ended: " in improved["outcome"]
     assert "Improvement ended: " in api.get(f"/models/{improved['id']}").text
     before, after = api.get(f"/api/v1/models/{improved['id']}/lineage").json()["items"]
-    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    assert after["errors"]["held_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
     no_steps = api.get("/charts/improvement.svg", params={"job": job["id"]})
     assert (no_steps.status_code, "/charts/improvement" in api.get(f"/models/{improved['id']}").text) == (404, False)
     store_steps(sessions, job["id"])

@@ -76,7 +76,7 @@ def test_the_yielding_that_a_model_lacks_is_sketched_by_the_api(
     assert isinstance(names["EFFECT"], Effect)
     assert dict(EFFECTS) == before
     course = done["course"]
-    assert {trace["left_out"] for trace in course["traces"]} == {False, True}
+    assert {trace["held_out"] for trace in course["traces"]} == {False, True}
     loop = {(part["branch"], part["low"]): part for part in course["bins"]}
     sides = [(part, loop[-1, low]) for (branch, low), part in loop.items() if branch == 1 and (-1, low) in loop]
     apart = [to["mean"] - back["mean"] > 2 * (to["std"] + back["std"]) for to, back in sides]

@@ -38,10 +38,10 @@ def test_versions_are_shown_by_their_errors_in_the_same_events() -> None:
     """The first one's small error in a weak event is not set beside the error of the next in a strong one."""
     design = compared("later", event_1=0.30)
     fitted = [*compared("fitted", event_1=0.10), *compared("later", event_2=0.50)]
-    extended = [*compared("fitted", event_1=0.02, event_2=0.05), *compared("left_out", event_3=0.06)]
+    extended = [*compared("fitted", event_1=0.02, event_2=0.05), *compared("held_out", event_3=0.06)]
 
     def shown(*line: Compared) -> list[tuple[float | None, ...]]:
-        each = [(one.fitted, one.left_out, one.later) for one in errors_in_the_same_events(line)]
+        each = [(one.fitted, one.held_out, one.later) for one in errors_in_the_same_events(line)]
         return [tuple(None if one is None or one.nrmse is None else round(one.nrmse, 2) for one in row) for row in each]
 
     assert shown(design, fitted) == [(0.30, None, None), (0.10, None, 0.50)]
