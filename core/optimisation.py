@@ -3,6 +3,11 @@
 Fits of models and of modes and the calibration of the frame descend by `lower_point`: one way of computing a trial
 step, of accepting it and of changing the damping. `minimised` repeats it until a stopping rule is met. A model's fit
 repeats it itself, because the searches of several candidates take turns (core.diagnosis.candidate_search).
+
+Two comparisons of sensors do without it. core.sensors.floor_agreement fits a few unknowns per floor, with derivatives
+by differences, and uses SciPy's. The delays of core.sensors.layer_agreement and core.sensors.clock are shifted out of
+the records and estimated again from what is left: with errors in all variables these equations are no gradient of a
+cost.
 """
 
 from collections.abc import Callable, Sequence

@@ -25,7 +25,6 @@ from service.access.roles import Caller
 from service.alerts import api as alert_api, pages as alert_pages
 from service.analyses import pages as analysis_pages
 from service.analyses.api import event_pictures, events, pictures, series as analysis_series
-from service.building_reports import api as report_api
 from service.buildings import api as building_api, pages as building_pages
 from service.db.encryption import SecretKeyError
 from service.db.sessions import NulError, reading, sessions
@@ -51,6 +50,7 @@ from service.models.pages import (
 from service.notify import pages as notify_pages
 from service.notify.api import messages, recipients
 from service.records.api import fdsn, recordings
+from service.reports import api as report_api
 from service.schema import Problem
 from service.settings import Settings
 from service.user_effects import add_user_effects

@@ -12,10 +12,10 @@ from typing import Annotated
 
 import typer
 
-from service.building_reports import rendering
-from service.building_reports.earthquake import earthquake_report
-from service.building_reports.pictures import pictures
 from service.db.sessions import reading, sessions
+from service.reports import rendering
+from service.reports.earthquake import earthquake_report
+from service.reports.pictures import pictures
 
 TARGET = Path(__file__).parents[1] / "operate" / "report.png"
 

@@ -9,7 +9,7 @@ import altair as alt
 import numpy as np
 
 from core.arrays import Vector
-from service.reports.charts import (
+from service.documents.charts import (
     BAND,
     BLUE,
     CONFIG,
@@ -25,7 +25,7 @@ from service.reports.charts import (
     shown_on_hover,
     values,
 )
-from service.reports.thinning import along_path, extremes
+from service.documents.thinning import along_path, extremes
 
 ENVELOPE = 1000
 """Points of a waveform: the extremes of every pixel of a phone, every second of a wide screen."""

@@ -15,8 +15,8 @@ from core.isolation_layer.motion import MeasuredMotion
 from core.record import Finding
 from core.rounding import significant, with_std
 from core.tables import Table
-from service.reports import charts as report_charts
-from service.reports.document import Document, Part, heading, notes, paragraph
+from service.documents import charts as report_charts
+from service.documents.document import Document, Part, heading, notes, paragraph
 
 DEVIATIONS = (
     "± is one standard deviation. An error in the building's total mass scales the force, stiffness and damping of the "

@@ -112,7 +112,7 @@ def _shown(
 
     from service.analyses.document import file_results
     from service.analyses.report import summary, write_files
-    from service.reports.text import printed
+    from service.documents.text import printed
     from service.verdict.measured import of_analysis
     from service.verdict.report import parts as verdict_parts
     from service.verdict.schema import verdict_out

@@ -24,7 +24,7 @@ from service.cli.inputs import (
     write_json,
     write_text,
 )
-from service.reports.text import print_table
+from service.documents.text import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

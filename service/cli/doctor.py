@@ -53,7 +53,7 @@ def doctor(
 
 
 def _print(findings: "tuple[Finding, ...]") -> None:
-    from service.reports.text import print_table
+    from service.documents.text import print_table
 
     rows, previous = [], ""
     for one in findings:

@@ -32,9 +32,9 @@ def drill(
     from datetime import UTC, datetime
 
     from service.buildings.store import BuildingError, find
+    from service.documents.text import print_table
     from service.errors import TooManyRequestsError
     from service.notify.drill import drill as put_drill
-    from service.reports.text import print_table
 
     with opened(context) as sessions:
         try:

@@ -10,7 +10,7 @@ import typer
 
 from service.cli.database import transaction
 from service.cli.inputs import current_settings
-from service.reports.text import print_table
+from service.documents.text import print_table
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

@@ -24,10 +24,10 @@ from service.cli.inputs import (
 if TYPE_CHECKING:
     from core.isolation_layer.motion import Integral
     from core.workbench.earthquakes import Earthquakes
+    from service.documents.document import Document
     from service.jobs.stages import ReportStep
     from service.models.model_file import ModelFile
     from service.models.results import Head
-    from service.reports.document import Document
 
 TIMES = ["%Y-%m-%d", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S"]
 """Forms of a time."""
@@ -399,7 +399,7 @@ def _show(
     """Print a result, and write the files that were requested."""
     from rich.console import Console
 
-    from service.reports.text import printed
+    from service.documents.text import printed
 
     Console().print(printed(shown))
     if json is not None:
@@ -407,7 +407,7 @@ def _show(
 
         write_json(as_json(document()), json)
     if html is not None and file is not None:
-        from service.reports.html import page
+        from service.documents.html import page
 
         write_text(page(file()), html)
 

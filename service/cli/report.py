@@ -58,7 +58,7 @@ def _of_earthquake(session: "Session", event: int, suffix: str) -> tuple[str, by
     """Name and content of the file."""
     from datetime import UTC, datetime
 
-    from service.building_reports import earthquake, pictures, rendering
+    from service.reports import earthquake, pictures, rendering
 
     made = earthquake.earthquake_report(session, event)
     drawn = pictures.pictures(session, made)
@@ -69,7 +69,7 @@ def _of_year(session: "Session", code: str, number: int, suffix: str) -> tuple[s
     """The same of a year."""
     from datetime import UTC, datetime
 
-    from service.building_reports import pictures, rendering, year
+    from service.reports import pictures, rendering, year
 
     now = datetime.now(UTC)
     made = year.year_report(session, code, number, now)

@@ -69,8 +69,8 @@ def reproduce(
 
     from rich.console import Console
 
-    from service.reports.html import page
-    from service.reports.text import markdown as as_markdown, printed
+    from service.documents.html import page
+    from service.documents.text import markdown as as_markdown, printed
     from service.reproduction import report
     from service.reproduction.simulated import simulated
 

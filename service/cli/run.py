@@ -212,7 +212,7 @@ def _pruned(one: "Prunable", verb: str) -> str:
 @app.command("settings")
 def show_settings() -> None:
     """Show the current value of every setting and its origin."""
-    from service.reports.text import print_table
+    from service.documents.text import print_table
 
     rows = [(one.name, one.value, one.origin, one.description) for one in current_settings().explained()]
     print_table(("setting", "value", "from", "meaning"), rows)

@@ -8,8 +8,8 @@ from rich.console import Console
 
 from service.cli.database import transaction
 from service.cli.inputs import REFUSED, end
-from service.reports.document import Document
-from service.reports.text import print_table, printed
+from service.documents.document import Document
+from service.documents.text import print_table, printed
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session

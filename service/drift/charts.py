@@ -11,8 +11,8 @@ from core.drift.quantities import BOTH_DIRECTIONS
 from core.drift.rules import RECOVERY, SLOW, SUDDEN
 from core.rounding import supported
 from service.analyses.mode_tracks import DIRECTIONS
+from service.documents.charts import BLUE, CONFIG, DARK_ORANGE, KN, KN_PER_MM, LOG_OR_LINEAR, MM, ORANGE, values
 from service.drift.schema import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
-from service.reports.charts import BLUE, CONFIG, DARK_ORANGE, KN, KN_PER_MM, LOG_OR_LINEAR, MM, ORANGE, values
 
 PERCENT = 1e2
 WIDEST = 46

@@ -15,6 +15,7 @@ from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, store as building_store
 from service.buildings.reference_periods import in_force
 from service.db.select import Span
+from service.documents.charts import Picture
 from service.drift import charts, queries, texts
 from service.drift.api import TEXT
 from service.drift.baseline import baseline_answer
@@ -26,7 +27,6 @@ from service.http.parameters import Code, Reading
 from service.http.rendering import As, page, picture
 from service.http.responses import TaggedRoute
 from service.jobs import queue as job_queue
-from service.reports.charts import Picture
 
 VALUES = 3000
 """Most points in a picture: more cannot be distinguished."""

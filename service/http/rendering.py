@@ -19,14 +19,14 @@ from core.rounding import plain, significant, with_std
 from core.units import percent_in_table, quantity, shown, unit
 from service.access.auth import caller, link, login
 from service.access.roles import Role, soon_in_words
+from service.documents import live, still
+from service.documents.charts import DARK_STILLS, Picture, specification
+from service.documents.translated import translated
 from service.http.libraries import address as library_address
 from service.http.responses import CSV, JSON, Tagged, is_known, tag
 from service.jobs.schema import error_in_words
 from service.language.templates import translate
 from service.language.translation import said
-from service.reports import live, still
-from service.reports.charts import DARK_STILLS, Picture, specification
-from service.reports.translated import translated
 from service.verdict import texts
 
 SVG = "image/svg+xml"

@@ -14,7 +14,7 @@ import orjson
 from pydantic import BaseModel
 
 from core.arrays import Indices, Vector
-from service.reports.thinning import extremes
+from service.documents.thinning import extremes
 
 OPTIONS = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_UTC_Z
 DIGITS = 8

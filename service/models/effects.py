@@ -11,7 +11,7 @@ from rich.text import Text
 
 from core.effect import Effect, Parameter, explained
 from core.tables import Table
-from service.reports.text import table as drawn
+from service.documents.text import table as drawn
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:

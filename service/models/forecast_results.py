@@ -6,9 +6,9 @@ import numpy as np
 from pydantic import Field
 
 from core.forecasting.response import Course, Forecast, Peak
+from service.documents.thinning import extremes
 from service.models.forecasting import Forecasts
 from service.models.results import Head, ModelValues, Result, Value
-from service.reports.thinning import extremes
 from service.verdict.checks import Check
 from service.verdict.texts import title
 

@@ -12,11 +12,11 @@ from core.workbench.forecasting import forecast_sentences, forecast_table
 from core.workbench.improving import ExtensionResult, ImprovementResult, left_out_tables
 from core.workbench.sketching import SketchResult, dependence_table, missing_table
 from core.workbench.tables import values_of, values_table, version_tables
+from service.documents.document import Document, Part, heading, notes, paragraph
 from service.models import texts
 from service.models.forecasting import Forecasts
 from service.models.model_file import ModelFile
 from service.models.operations import Work
-from service.reports.document import Document, Part, heading, notes, paragraph
 from service.verdict import texts as verdict_texts
 from service.verdict.checks import Check
 

@@ -9,10 +9,10 @@ from core.comparison.compared import ForceComparison
 from core.sketching.course import Course, Trace
 from core.sketching.law import Law
 from core.workbench.sketching import Proposal, SketchResult
+from service.documents.thinning import extremes
 from service.models.documents import versions
 from service.models.model_file import ModelFile
 from service.models.results import FittedValue, Head, HeldOut, Result, Value, VersionOut
-from service.reports.thinning import extremes
 
 POINTS = 3000
 """Samples of all traces in a document."""

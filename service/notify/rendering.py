@@ -208,7 +208,7 @@ def with_report(session: Session, message: Message, shown: RenderedMessage, now:
     event_id = int(number) if about == "event" else message.picture_event_id
     if event_id is None or (about != "event" and shown.is_real) or message.data.get("is_provisional", False):
         return shown
-    from service.building_reports import earthquake, pictures, rendering  # slow to import, and few messages need them
+    from service.reports import earthquake, pictures, rendering  # slow to import, and few messages need them
 
     try:
         report = earthquake.earthquake_report(session, event_id, texts.MARKS.get(message.kind, ""))
@@ -286,7 +286,7 @@ def _picture(session: Session, message: Message) -> bytes | None:
     import numpy as np  # slow to import, as the others, and few messages need them
 
     from service.db.blobs import decode_history
-    from service.reports import charts, still
+    from service.documents import charts, still
 
     try:
         result = analysis_queries.restoring_force(session, message.picture_event_id, message.picture_direction, None)

@@ -1,1 +1,1 @@
-"""Parts of all reports: charts, and values in engineers' units."""
+"""Reports on a building for paper: on one earthquake, and on one year."""

@@ -9,9 +9,9 @@ import numpy as np
 
 from core.arrays import Indices, Vector
 from core.estimators import ESTIMATORS
-from service.reports.charts import BLUE, GREY, ORANGE, STEP
-from service.reports.document import Figure
-from service.reports.thinning import along_path, extremes
+from service.documents.charts import BLUE, GREY, ORANGE, STEP
+from service.documents.document import Figure
+from service.documents.thinning import along_path, extremes
 
 POINTS = 1760
 """Samples of a history: two for each pixel of its width."""

@@ -5,8 +5,8 @@ from altair import LayerChart
 
 from core.comparison.misfit import fitting_rate
 from core.estimators import cms
-from service.reports import charts as report_charts
-from service.reports.document import Figure
+from service.documents import charts as report_charts
+from service.documents.document import Figure
 from service.reproduction.drawing import (
     FORCE,
     Curve,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from core.tables import Table
-from service.reports.document import Document, Figure, Part, heading, notes, paragraph, remarks
+from service.documents.document import Document, Figure, Part, heading, notes, paragraph, remarks
 from service.reproduction.real import RealBuilding
 from service.reproduction.real_figures import real_figures
 from service.reproduction.real_tables import amplitude_tables, real_remarks, real_tables

@@ -9,7 +9,7 @@ from core.arrays import Vector
 from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from core.paper import FOURTH_STOREY, PEAK, RATE
-from service.reports.document import Figure
+from service.documents.document import Figure
 from service.reproduction import published
 from service.reproduction.cells import with_noise
 from service.reproduction.drawing import (

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 from core.tables import Table
-from service.reports.document import Part, Text, heading, paragraph
+from service.documents.document import Part, Text, heading, paragraph
 from service.verdict import texts
 from service.verdict.assessment import Assessment
 from service.verdict.checks import Check

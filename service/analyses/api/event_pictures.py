@@ -15,6 +15,7 @@ from service.analyses.event_charts import Trace
 from service.analyses.schema import ShakingOut
 from service.buildings.store import described
 from service.db.blobs import decode
+from service.documents.charts import Picture, begun_at
 from service.drift import charts as drift_charts, queries as drift_queries
 from service.drift.baseline import baseline_answer
 from service.errors import NotFoundError
@@ -23,7 +24,6 @@ from service.http.rendering import As, picture
 from service.http.responses import TaggedRoute
 from service.records import queries as record_queries
 from service.records.tables import Event, Waveform
-from service.reports.charts import Picture, begun_at
 
 MOST_CHANNELS = 6
 """Channels of one chart: more would take more than a few hundred kilobytes."""

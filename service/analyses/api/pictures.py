@@ -19,13 +19,13 @@ from service.analyses.mode_tracks import Sighting, TrackedMode
 from service.buildings import queries as building_queries
 from service.db.blobs import decode_history
 from service.db.select import Span
+from service.documents import charts
+from service.documents.charts import BLUE, CONFIG, KN
 from service.errors import NotFoundError
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import As, Form, picture
 from service.http.responses import TaggedRoute
 from service.models import queries as model_queries
-from service.reports import charts
-from service.reports.charts import BLUE, CONFIG, KN
 
 CYCLES = 1500
 """Most points in a picture: more cannot be distinguished."""

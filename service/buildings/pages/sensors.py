@@ -14,12 +14,12 @@ from service.analyses import added_sensors
 from service.analyses.added_sensors import AddedSensorsDocument
 from service.buildings.pages.building import shown_building
 from service.buildings.store import described, zone
+from service.documents.charts import BLUE, CONFIG, GREY, KN, brief, shown_on_hover, values
 from service.errors import NotFoundError
 from service.http.forms import Posted, answered, posted
 from service.http.parameters import LARGEST, Code, JobId, Reading, Writing
 from service.http.rendering import As, page, picture
 from service.http.responses import TaggedRoute
-from service.reports.charts import BLUE, CONFIG, GREY, KN, brief, shown_on_hover, values
 
 MODES = 3
 """Modes that the page lists."""

@@ -2,10 +2,10 @@
 
 from core.workbench.comparing import ComparisonResult
 from core.workbench.diagnosing import DiagnosisResult
+from service.documents.document import Figure
 from service.models.figures.corrections import candidates, stiffness_over_amplitude, yield_over_travel
 from service.models.figures.histories import histories, loop, strongest_of
 from service.models.figures.residual import over_motion, shares, spectrum
-from service.reports.document import Figure
 
 
 def comparison_figures(result: ComparisonResult) -> list[Figure]:

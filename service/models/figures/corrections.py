@@ -9,8 +9,7 @@ from core.arrays import Vector
 from core.comparison.block_corrections import BlockCorrection
 from core.workbench.candidates import Candidate
 from core.workbench.earthquakes import label
-from service.models import texts
-from service.reports.charts import (
+from service.documents.charts import (
     BLUE,
     FAINT,
     GREY,
@@ -23,7 +22,8 @@ from service.reports.charts import (
     shown_on_hover,
     values,
 )
-from service.reports.document import Figure, Rows, numbers
+from service.documents.document import Figure, Rows, numbers
+from service.models import texts
 
 HEIGHT = 300
 """Pixels."""

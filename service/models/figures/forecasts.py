@@ -5,10 +5,10 @@ from typing import cast
 import altair as alt
 
 from core.forecasting.response import Quantity
+from service.documents.charts import BLUE, MM, ORANGE, WIDTH, brief, curves, shown_on_hover, values
+from service.documents.document import Figure, Rows, numbers
 from service.models import texts
 from service.models.forecast_results import ForecastOut, PeakOut
-from service.reports.charts import BLUE, MM, ORANGE, WIDTH, brief, curves, shown_on_hover, values
-from service.reports.document import Figure, Rows, numbers
 
 HEIGHT, STEP = 150, 22
 """Pixels: of a history, and of a level."""

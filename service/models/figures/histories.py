@@ -8,10 +8,23 @@ import numpy as np
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.prediction import Prediction
+from service.documents.charts import (
+    BLUE,
+    GREY,
+    KN,
+    MM,
+    ORANGE,
+    STEP,
+    WIDTH,
+    brief,
+    curves,
+    shown_on_hover,
+    values,
+    wider,
+)
+from service.documents.document import Figure, Rows, numbers
+from service.documents.thinning import along_path, extremes
 from service.models import texts
-from service.reports.charts import BLUE, GREY, KN, MM, ORANGE, STEP, WIDTH, brief, curves, shown_on_hover, values, wider
-from service.reports.document import Figure, Rows, numbers
-from service.reports.thinning import along_path, extremes
 
 MEASURED, MODEL = "measured", "model"
 LOOP, HEIGHT = (600, 420), 150

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 import altair as alt
 
 from core.workbench.improving import BEFORE, STRONGER
+from service.documents.charts import BLUE, GREY, INK, ORANGE, WIDTH, brief, curves, shown_on_hover, values
+from service.documents.document import Figure, Rows, numbers
 from service.models import texts
 from service.models.results import LeftOut
-from service.reports.charts import BLUE, GREY, INK, ORANGE, WIDTH, brief, curves, shown_on_hover, values
-from service.reports.document import Figure, Rows, numbers
 
 HEIGHT = 300
 """Pixels."""

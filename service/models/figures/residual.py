@@ -12,9 +12,22 @@ from core.comparison.compared import ForceComparison
 from core.comparison.profile import Profile
 from core.rounding import plain
 from core.workbench.earthquakes import label
+from service.documents.charts import (
+    BLUE,
+    FAINT,
+    GREY,
+    INK,
+    KN,
+    MM,
+    ORANGE,
+    WIDTH,
+    brief,
+    curves,
+    shown_on_hover,
+    values,
+)
+from service.documents.document import Figure, Rows, numbers
 from service.models import texts
-from service.reports.charts import BLUE, FAINT, GREY, INK, KN, MM, ORANGE, WIDTH, brief, curves, shown_on_hover, values
-from service.reports.document import Figure, Rows, numbers
 
 CELLS = 19
 """Along each axis of displacement and velocity."""

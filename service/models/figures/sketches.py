@@ -5,10 +5,10 @@ from typing import cast
 
 import altair as alt
 
+from service.documents.charts import BLUE, FAINT, GREY, KN, MM, ORANGE, WIDTH, brief, curves, shown_on_hover, values
+from service.documents.document import Figure, Rows, numbers
 from service.models import texts
 from service.models.sketch_results import BinOut, CourseOut
-from service.reports.charts import BLUE, FAINT, GREY, KN, MM, ORANGE, WIDTH, brief, curves, shown_on_hover, values
-from service.reports.document import Figure, Rows, numbers
 
 HEIGHT = 300
 """Pixels."""

@@ -12,6 +12,23 @@ from core.effects import EFFECTS
 from core.errors import ModelError
 from service.access.auth import viewer
 from service.db.blobs import decode_history
+from service.documents.charts import (
+    BLUE,
+    CONFIG,
+    FAINT,
+    GREY,
+    KN,
+    MM,
+    ORANGE,
+    STEP,
+    Picture,
+    brief,
+    curves,
+    shown_on_hover,
+    values,
+    wider,
+)
+from service.documents.thinning import along_path
 from service.errors import ConflictError, NotFoundError
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import SVG, As, picture, specified
@@ -30,23 +47,6 @@ from service.models.schema import ErrorOut, Errors
 from service.models.sketch_results import SketchDocument
 from service.models.trend import RatedError
 from service.models.windows import BLOCK
-from service.reports.charts import (
-    BLUE,
-    CONFIG,
-    FAINT,
-    GREY,
-    KN,
-    MM,
-    ORANGE,
-    STEP,
-    Picture,
-    brief,
-    curves,
-    shown_on_hover,
-    values,
-    wider,
-)
-from service.reports.thinning import along_path
 
 MEASURED, MODELLED = "measured", "model"
 COLOURS = alt.Scale(domain=[MEASURED, MODELLED], range=[GREY, BLUE])

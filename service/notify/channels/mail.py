@@ -12,10 +12,10 @@ from email.message import EmailMessage
 from email.policy import SMTP
 from email.utils import format_datetime
 
+from service.documents.html import rendered
 from service.notify import texts
 from service.notify.channels import DeliveryResult, one_line
 from service.notify.rendering import Destination, RenderedMessage
-from service.reports.html import rendered
 from service.settings import Settings
 from service.tls import tls_context
 

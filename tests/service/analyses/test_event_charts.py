@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.analyses.event_charts import Trace, overlaid_loops, peaks_over_height, spectra, waveforms
 from service.analyses.tables import Analysis, DirectionResult
 from service.db.blobs import encode
-from service.reports import live
+from service.documents import live
 
 pytestmark = pytest.mark.sqlite
 

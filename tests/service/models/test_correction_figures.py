@@ -5,8 +5,8 @@ import pytest
 import vl_convert
 
 from core.comparison.block_corrections import BlockCorrection
+from service.documents.document import Figure
 from service.models.figures.corrections import robust_range, stiffness_over_amplitude, yield_over_travel
-from service.reports.document import Figure
 
 STD = 0.5e6
 """N/m."""

@@ -24,14 +24,14 @@ from core.model.isolator import Isolator
 from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import Version, lowers
 from core.workbench.improving import ImprovementResult
+from service.documents.document import Figure
+from service.documents.html import page
+from service.documents.text import printed
 from service.jobs.stages import silent
 from service.models import documents, report
 from service.models.model_file import ModelFile, read, written
 from service.models.operations import Work, add, diagnose, improve, work
 from service.models.results import as_json
-from service.reports.document import Figure
-from service.reports.html import page
-from service.reports.text import printed
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})

@@ -16,13 +16,13 @@ from core.model.isolator import Isolator
 from core.paper import BUILDING
 from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes
+from service.documents.html import page
+from service.documents.text import printed
 from service.jobs.stages import silent
 from service.models import documents, report
 from service.models.model_file import ModelFile, read, written
 from service.models.operations import Work, compare, diagnose
 from service.models.results import as_json
-from service.reports.html import page
-from service.reports.text import printed
 
 GIVEN = ModelFile("PAPER", "xy", Isolator({n: v for n, v in COUPLED.effects.items() if n != "biaxial"}))
 OFFERED = ("biaxial", "friction", "hardening", "asymmetry")

@@ -21,9 +21,9 @@ from core.tables import Table
 from service.akt013 import PLACE
 from service.buildings.description import read
 from service.cli import app
+from service.documents.html import page as page_of
 from service.formats import FormatError
 from service.records.event_files import events
-from service.reports.html import page as page_of
 from service.reproduction import published, report
 from service.reproduction.real import papers_sensors, real
 from service.reproduction.real_figures import real_figures

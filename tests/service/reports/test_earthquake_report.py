@@ -22,15 +22,15 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts.reconciliation import reconcile
 from service.analyses.tables import Analysis, DirectionResult
-from service.building_reports import rendering
-from service.building_reports.earthquake import EarthquakeReport, earthquake_report
-from service.building_reports.pictures import Picture, pictures
 from service.buildings import store as building_store
 from service.db.blobs import encode
+from service.documents import paper
 from service.drift.alert_candidates import limit_candidates
 from service.language.choice import speaking
 from service.records.tables import Event, Waveform
-from service.reports import paper
+from service.reports import rendering
+from service.reports.earthquake import EarthquakeReport, earthquake_report
+from service.reports.pictures import Picture, pictures
 
 pytestmark = pytest.mark.sqlite
 

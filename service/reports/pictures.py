@@ -14,19 +14,19 @@ from core.record import Channel
 from core.shaking.measures import SPECTRUM_PERIODS
 from service.analyses import queries as analysis_queries
 from service.analyses.tables import DirectionResult
-from service.building_reports import charts
-from service.building_reports.charts import GAL, History
-from service.building_reports.earthquake import EarthquakeReport, loops
-from service.building_reports.texts import clipped
-from service.building_reports.year import TrendPoint, YearReport
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.db.blobs import decode, decode_history
+from service.documents import still
+from service.documents.charts import MM
 from service.errors import NotFoundError
 from service.records import queries as record_queries
 from service.records.tables import Event
-from service.reports import still
-from service.reports.charts import MM
+from service.reports import charts
+from service.reports.charts import GAL, History
+from service.reports.earthquake import EarthquakeReport, loops
+from service.reports.texts import clipped
+from service.reports.year import TrendPoint, YearReport
 
 ROOF, BASE = "roof (gal)", "base slab (gal)"
 """Titles of recorded accelerations."""

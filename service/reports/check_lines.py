@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from core.rounding import plain
-from service.building_reports.texts import OUTCOMES, PLACES, PLAN, WITHOUT_PLACES, clipped, shown
 from service.language.translation import said
+from service.reports.texts import OUTCOMES, PLACES, PLAN, WITHOUT_PLACES, clipped, shown
 from service.verdict import texts
 from service.verdict.assessment import Assessment
 from service.verdict.checks import Check, Level, Outcome

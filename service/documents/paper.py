@@ -13,10 +13,10 @@ from typing import Any, Literal
 
 import typst
 
+from service.documents.still import font_folders
 from service.language.choice import spoken
 from service.language.templates import marked
 from service.language.translation import gettext
-from service.reports.still import font_folders
 
 STANDARDS = ("a-2a", "ua-1")
 """PDF/A for archives (ISO 19005-2), PDF/UA for readers who do not see it (ISO 14289-1)."""

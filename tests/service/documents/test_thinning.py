@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from service.reports.thinning import along_path, extremes
+from service.documents.thinning import along_path, extremes
 
 series = hnp.arrays(np.float64, st.integers(1, 3000), elements=st.floats(-1e6, 1e6))
 

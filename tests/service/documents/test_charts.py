@@ -8,9 +8,9 @@ import pytest
 import vl_convert
 
 from core.isolation_layer.equivalent import EquivalentSegment
+from service.documents import charts as report_charts, live, still
+from service.documents.translated import translated
 from service.language.choice import speaking
-from service.reports import charts as report_charts, live, still
-from service.reports.translated import translated
 
 RATE = 100.0
 TIME = np.arange(18_000) / RATE

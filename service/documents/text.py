@@ -7,7 +7,7 @@ from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
 from core.tables import Table
-from service.reports.document import Document, Figure, Part, Text
+from service.documents.document import Document, Figure, Part, Text
 
 NARROW = 40
 """Characters up to which the names of rows stay on one line."""

@@ -9,14 +9,14 @@ from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, joinedload, selectinload
 
 from service.alerts.tables import Alert, BuildingInspection, Inspection
-from service.building_reports import texts
-from service.building_reports.earthquake import Fact
-from service.building_reports.texts import clipped, shown
 from service.buildings.tables import Building
 from service.db.select import Question
 from service.language.translation import said
 from service.notify.tables import Delivery, Message
 from service.records.tables import REJECTED, Event, Recording
+from service.reports import texts
+from service.reports.earthquake import Fact
+from service.reports.texts import clipped, shown
 from service.verdict import texts as verdict_texts
 
 OPEN, NOW = "open", "now"

@@ -10,8 +10,13 @@ from sqlalchemy.orm import Session
 
 from core.rounding import significant, with_std
 from service.analyses.tables import Analysis, DirectionResult, LayerResult, ShakingResult
-from service.building_reports import texts
-from service.building_reports.building_year import (
+from service.buildings import queries as building_queries, store as building_store
+from service.db.select import Line, Question
+from service.drift.tables import DriftValue, MonitoredSeries
+from service.language.translation import gettext, said
+from service.records.tables import Event
+from service.reports import texts
+from service.reports.building_year import (
     LISTED,
     AlertLine,
     BuildingYear,
@@ -22,13 +27,8 @@ from service.building_reports.building_year import (
     inspection_lines,
     message_lines,
 )
-from service.building_reports.earthquake import DIGITS, GAL, MM, Fact, said_fact
-from service.building_reports.texts import clipped, shown
-from service.buildings import queries as building_queries, store as building_store
-from service.db.select import Line, Question
-from service.drift.tables import DriftValue, MonitoredSeries
-from service.language.translation import gettext, said
-from service.records.tables import Event
+from service.reports.earthquake import DIGITS, GAL, MM, Fact, said_fact
+from service.reports.texts import clipped, shown
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.checks import LEVELS, Level
 from service.verdict.earthquakes import of_events

@@ -8,13 +8,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from service.building_reports import texts
-from service.building_reports.earthquake import EarthquakeReport
-from service.building_reports.pictures import Picture
-from service.building_reports.year import YearReport
+from service.documents import paper
+from service.documents.html import environment, own_ids, rendered
 from service.language.translation import said
-from service.reports import paper
-from service.reports.html import environment, own_ids, rendered
+from service.reports import texts
+from service.reports.earthquake import EarthquakeReport
+from service.reports.pictures import Picture
+from service.reports.year import YearReport
 from service.verdict.checks import Level
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -45,7 +45,7 @@ def html(report: Report, pictures: Sequence[Picture], issued: datetime) -> bytes
     """The report as one file of HTML without a script, its pictures within."""
     shown = _data(report, pictures, issued)
     symbol = Markup(shown["symbols"][shown["level"]])
-    template = f"building_reports/templates/{NAMES[type(report)]}.html"
+    template = f"reports/templates/{NAMES[type(report)]}.html"
     return rendered(template, report=shown, drawn=_drawn, bar=_bar, symbol=symbol).encode()
 
 

@@ -10,14 +10,14 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Depends, Path, Query
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.building_reports import rendering
-from service.building_reports.earthquake import earthquake_report
-from service.building_reports.pictures import Picture, pictures, year_pictures
-from service.building_reports.rendering import Report
-from service.building_reports.year import YEARS, year_report
 from service.http.parameters import Code, Id, Reading
 from service.http.responses import Tagged, TaggedRoute, file_responses
 from service.language.choice import Language
+from service.reports import rendering
+from service.reports.earthquake import earthquake_report
+from service.reports.pictures import Picture, pictures, year_pictures
+from service.reports.rendering import Report
+from service.reports.year import YEARS, year_report
 
 PDF, HTML = "application/pdf", "text/html"
 Form = Literal["pdf", "html"]

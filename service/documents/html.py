@@ -9,9 +9,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from core.tables import Table
+from service.documents import still
+from service.documents.document import Document, Figure
 from service.language.templates import translate
-from service.reports import still
-from service.reports.document import Document, Figure
 from service.version import VERSION
 
 if TYPE_CHECKING:  # it takes long to import, and most mails have no chart of its
@@ -28,7 +28,7 @@ NAMESPACE = re.compile(r' xmlns(:xlink)?="[^"]*"')
 
 def page(document: Document) -> str:
     """A report as a file that needs neither a network nor a script."""
-    return rendered("reports/templates/document.html", document=document)
+    return rendered("documents/templates/document.html", document=document)
 
 
 def rendered(template: str, **values: object) -> str:
@@ -76,7 +76,7 @@ def svg(picture: "alt.TopLevelMixin", own: str, label: str) -> Markup:
         own: a word that no other picture of the page has, for its ids.
         label: contents of the picture.
     """
-    from service.reports.charts import CONFIG
+    from service.documents.charts import CONFIG
 
     return own_ids(still.svg(picture.to_dict(), CONFIG), own, label)
 

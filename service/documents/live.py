@@ -10,9 +10,9 @@ from copy import deepcopy
 from datetime import UTC, datetime
 from typing import Any
 
+from service.documents.charts import DARK_COLOURS, DARK_CONFIG, INK, brief
+from service.documents.document import Numbers, numbers
 from service.language.translation import said
-from service.reports.charts import DARK_COLOURS, DARK_CONFIG, INK, brief
-from service.reports.document import Numbers, numbers
 
 Spec = dict[str, Any]
 ROWS = ("hconcat", "vconcat", "concat")

@@ -22,13 +22,13 @@ from system_chromium import chromium
 from service.alerts.messages import write_event_message
 from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert, AlertChange, BuildingInspection, Inspection
-from service.building_reports import rendering, year
-from service.building_reports.earthquake import earthquake_report
-from service.building_reports.pictures import pictures, year_pictures
-from service.building_reports.year import YearReport, year_report
 from service.buildings.tables import Building
 from service.notify.tables import Receiver
 from service.records.tables import Event
+from service.reports import rendering, year
+from service.reports.earthquake import earthquake_report
+from service.reports.pictures import pictures, year_pictures
+from service.reports.year import YearReport, year_report
 
 pytestmark = pytest.mark.sqlite
 

@@ -15,9 +15,6 @@ from core.shaking.classes import long_period_class
 from service.alerts.tables import BuildingInspection
 from service.analyses import queries as analysis_queries
 from service.analyses.tables import DELETED, Analysis, DirectionResult, ShakingResult
-from service.building_reports import texts
-from service.building_reports.check_lines import CheckLine, Place, advice, check_lines, places
-from service.building_reports.texts import clipped, listed, shown
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building, Revision
@@ -25,6 +22,9 @@ from service.db.select import Question
 from service.language.translation import said
 from service.records import queries as record_queries
 from service.records.tables import Event, SourceState
+from service.reports import texts
+from service.reports.check_lines import CheckLine, Place, advice, check_lines, places
+from service.reports.texts import clipped, listed, shown
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.assessment import Assessment
 from service.verdict.checks import COVERAGE, Level

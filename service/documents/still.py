@@ -8,8 +8,8 @@ from typing import Any
 
 import vl_convert
 
+from service.documents.translated import TIMES, Spec, translated
 from service.language.choice import spoken
-from service.reports.translated import TIMES, Spec, translated
 
 FONTS: Mapping[str, str] = {"fontpkg_source_sans_3": "files", "matplotlib_fontja": "fonts"}
 """Folder of fonts by package: Latin letters, Japanese ones. The packages are not imported."""

@@ -1,0 +1,1 @@
+"""Text, tables and charts as documents: at a terminal, as Markdown, HTML, PDF and pictures."""
