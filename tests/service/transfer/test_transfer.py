@@ -1,9 +1,5 @@
 """A building is exported from one installation and imported into another: its answers are the same there."""
 
-import json
-import zipfile
-from collections.abc import Callable
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from shutil import copyfile
@@ -16,6 +12,7 @@ from alert_candidates import softer_isolators, stopped_data
 from alert_fixtures import with_stored_events
 from api_client import client
 from click.testing import Result
+from exports import Edit, add, edited, entries, number_of_rows, put
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session, sessionmaker, undefer
 from typer.testing import CliRunner
@@ -116,12 +113,6 @@ def imported(sessions: sessionmaker[Session], data: bytes, folder: Path, storage
     file.write_bytes(data)
     with archive.opened(file, newest(), {one.name: one for one in contents.expected()}) as found:
         import_building(sessions, found, silent, storage)
-
-
-def entries(data: bytes) -> dict[str, bytes]:
-    """The members of an export by name."""
-    with zipfile.ZipFile(BytesIO(data)) as found:
-        return {name: found.read(name) for name in found.namelist()}
 
 
 def answers(url: str) -> dict[str, Any]:
@@ -348,44 +339,6 @@ def test_a_building_that_exists_is_not_touched(whole: bytes, tmp_path: Path, ses
     assert entries(exported(sessions)) == before
 
 
-Edit = Callable[[dict[str, Any]], None]
-
-
-def edited(data: bytes, edit: Edit) -> bytes:
-    """An export whose members were edited: the tables as lists of rows, the others as they are; digests fit again."""
-    members: dict[str, Any] = dict(entries(data))
-    tables = [name for name in members if name.startswith("tables/")]
-    for name in tables:
-        members[name] = [json.loads(line) for line in members[name].splitlines()]
-    members[MANIFEST] = json.loads(members[MANIFEST])
-    edit(members)
-    for name in tables:
-        if name in members:
-            members[name] = b"".join(json.dumps(row).encode() + b"\n" for row in members[name])
-            if said := members[MANIFEST]["tables"].get(name.removeprefix("tables/").removesuffix(".jsonl")):
-                said["sha256"] = sha256(members[name]).hexdigest()
-    members[MANIFEST] = json.dumps(members[MANIFEST]).encode()
-    file = BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as made:
-        for name, member in members.items():
-            made.writestr(name, member)
-    return file.getvalue()
-
-
-def put(member: str, key: str, value: object) -> Edit:
-    """Set a value in the manifest, or in the last row of a table."""
-
-    def edit(members: dict[str, Any]) -> None:
-        (members[member] if member == MANIFEST else members[member][-1])[key] = value
-
-    return edit
-
-
-def add(name: str, data: bytes) -> Edit:
-    """Add a member."""
-    return lambda members: members.update({name: data})
-
-
 REFUSED: dict[str, tuple[Edit, str]] = {
     "a path outside": (add("../../etc/cron.d/menshin", b""), r"not an export of a building: it has '\.\./\.\./etc"),
     "an absolute path": (add("/etc/passwd", b""), "it has '/etc/passwd'"),
@@ -435,11 +388,6 @@ def without_series(members: dict[str, Any]) -> None:
 
 def first_file(members: dict[str, Any]) -> str:
     return next(name for name in members if name.startswith("files/"))
-
-
-def number_of_rows(sessions: sessionmaker[Session]) -> int:
-    with sessions() as session:
-        return sum(session.scalar(select(func.count()).select_from(one)) or 0 for one in Base.metadata.sorted_tables)
 
 
 @pytest.mark.sqlite
