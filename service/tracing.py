@@ -1,8 +1,8 @@
 """Traces by OpenTelemetry, if the settings name a receiver and the extra `traces` is installed; otherwise nothing.
 
-Traced are polls of sources, jobs with their stages, deliveries, and requests to the API and the pages; within these the
-statements to the database and the requests to other servers. No span has the query of an address, the path of another
-server's address, or a statement's parameters.
+Traced are polls of sources, jobs with their stages, deliveries with their sending, and requests to the API and the
+pages; within these the statements to the database and, of polls, the requests to other servers. No span has the query
+of an address, the path of another server's address, or a statement's parameters.
 """
 
 import time

@@ -9,6 +9,11 @@ from service.cli.inputs import REFUSED, USAGE, current_settings, end, progress_b
 
 app = typer.Typer(no_args_is_help=True, help="Original files in the database, a folder or an S3-compatible store.")
 
+UNKNOWN = (
+    "belong to nothing in this database: an import that failed or a process that was ended left them, or the database "
+    "was restored and is older; delete them if they are not needed"
+)
+
 
 @app.command()
 def move(
@@ -41,7 +46,7 @@ def move(
 
 @app.command()
 def check(context: typer.Context) -> None:
-    """Read every original file in the store and compare it with its SHA-256.
+    """Read every original file in the store and compare it with its SHA-256; name files that do not belong there.
 
     Exit code 0: all are intact; 1: some are missing or damaged; their names are printed.
     """
@@ -54,8 +59,11 @@ def check(context: typer.Context) -> None:
             there = originals.outside(session)
         with progress_bar() as report_step:
             lost = originals.check(sessions, settings, report_step)
+        unknown = originals.unknown(sessions, settings)
     if (store := store_of(settings)) is not None and (left := store.sweep()):
         typer.echo(f"{left} unfinished files, left by processes that were ended, are removed")
+    if unknown:
+        typer.echo("\n".join([*unknown, f"{len(unknown)} files there {UNKNOWN}"]))
     if lost:
         end("\n".join([*lost, f"{len(lost)} of {there.files} original files in the store are lost"]), REFUSED)
     typer.echo(f"{there.files} original files in the store are whole, {there.size / 1e6:.1f} MB")

@@ -77,15 +77,14 @@ def import_building(
     Exit code 0: imported; 1: a building of this code exists, or the file cannot be used.
     """
     from service.buildings.store import BuildingError
-    from service.db.migrate import newest
-    from service.transfer import archive, contents, importing
+    from service.transfer import earlier, importing
+    from service.transfer.archive import ArchiveError
 
-    expected = {one.name: one for one in contents.expected()}
     with opened(context) as sessions:
         try:
-            with archive.opened(file, newest(), expected) as found, progress_bar() as report_step:
+            with earlier.opened(file) as found, progress_bar() as report_step:
                 importing.import_building(sessions, found, report_step, current_settings().storage)
-        except (BuildingError, archive.ArchiveError) as error:
+        except (BuildingError, ArchiveError) as error:
             end(f"{file}: {error}", REFUSED)
     manifest = found.manifest
     typer.echo(f"{manifest.building} is monitored: {manifest.name}, exported {manifest.exported_at[:16]} UTC")

@@ -176,7 +176,8 @@ class Notifier:
             log.exception("delivery %d could not be rendered", claim.delivery_id)
             return DeliveryResult("not_taken", texts.NOT_RENDERED)
         try:
-            return senders()[to.kind](message, to, self.settings, self.clock())
+            with tracing.span("send", recipient_kind=to.kind):
+                return senders()[to.kind](message, to, self.settings, self.clock())
         except Exception:  # as above
             log.exception("delivery %d could not be sent", claim.delivery_id)
             return DeliveryResult("unknown", texts.INTERNAL_ERROR)

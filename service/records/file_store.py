@@ -7,6 +7,7 @@ as a whole. What is read is compared with its SHA-256. Errors never repeat what 
 import errno
 import logging
 import os
+import re
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -30,6 +31,7 @@ UNFINISHED = ".unfinished"
 LEFT = 86_400.0
 """s after which a file that is still unfinished was left by a process that was ended."""
 PROBE = "menshin-probe"
+DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 FAILING: set[str] = set()
 """Stores that this process could not use when it last tried: each is logged once."""
 
@@ -114,6 +116,16 @@ class FileStore:
         """
         with self._usable() as (files, root), suppress(FileNotFoundError):
             files.rm_file(_path(root, digest))
+
+    def digests(self) -> set[str]:
+        """The digests of all files that are there, by their names.
+
+        Raises:
+            StoreAwayError: the store cannot be used.
+        """
+        with self._usable() as (files, root):
+            names = (path.rpartition("/")[2] for path in files.find(root))
+            return {name for name in names if DIGEST.fullmatch(name)}
 
     def probe(self) -> None:
         """Write, read and delete a small file.

@@ -193,6 +193,21 @@ def check(sessions: sessionmaker[Session], settings: Storage, report_step: Repor
     return lost
 
 
+def unknown(sessions: sessionmaker[Session], settings: Storage) -> list[str]:
+    """Digests of files in the store that no row names: an import that failed, or a process that was ended before it
+    wrote the row, left them, unless one is about to write it.
+
+    Raises:
+        StoreAwayError: the store cannot be used.
+    """
+    store = store_of(settings)
+    there = set() if store is None else store.digests()  # before the rows: a file comes first
+    if not there:
+        return []
+    with reading(sessions)() as session:
+        return sorted(there.difference(session.scalars(select(Content.sha256))))
+
+
 def _digests(sessions: sessionmaker[Session], *, is_outside: bool) -> list[str]:
     with reading(sessions)() as session:
         where = select(Content.sha256).where(Content.is_outside == is_outside, is_there()).order_by(Content.sha256)

@@ -5,7 +5,7 @@ A file from outside is read with limits, and nothing of it is ever written to a 
 
 import re
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
@@ -149,13 +149,14 @@ class Archive:
         self.zip.close()
 
 
-def opened(path: Path, revision: str, tables: Mapping[str, object]) -> Archive:
+def opened(path: Path, revision: str, tables: Mapping[str, object], earlier: Collection[str] = frozenset()) -> Archive:
     """An export, as far as it can be judged before its rows are read.
 
     Args:
         path: of the file.
         revision: of this installation's database.
         tables: names of the tables that an export of this version has.
+        earlier: other revisions that it may come from; such an export has the tables of its own revision.
 
     Raises:
         ArchiveError: it is no export, or none that this version can take in.
@@ -166,8 +167,8 @@ def opened(path: Path, revision: str, tables: Mapping[str, object]) -> Archive:
         raise ArchiveError(f"it is not an export of a building, or its end is missing ({error})") from None
     try:
         digests = _checked(found, path.stat().st_size)
-        manifest = _manifest(found, revision)
-        _compare(found, manifest, tables, digests)
+        manifest = _manifest(found, revision, earlier)
+        _compare(found, manifest, tables if manifest.revision == revision else manifest.tables, digests)
     except BaseException:
         found.close()
         raise
@@ -192,7 +193,7 @@ def _checked(found: ZipFile, size: int) -> tuple[str, ...]:
     return tuple(match[2] for name in names if (match := NAME.fullmatch(name)) and match[2])
 
 
-def _manifest(found: ZipFile, revision: str) -> Manifest:
+def _manifest(found: ZipFile, revision: str, earlier: Collection[str]) -> Manifest:
     if found.getinfo(MANIFEST).file_size > 2**20:
         raise ArchiveError(f"{MANIFEST} has more than 1 MiB")
     with _said(MANIFEST):
@@ -209,10 +210,10 @@ def _manifest(found: ZipFile, revision: str) -> Manifest:
     except ValidationError as error:
         first = error.errors()[0]
         raise ArchiveError(f"{MANIFEST}: {'.'.join(map(str, first['loc']))[:200]}: {first['msg']}") from None
-    if manifest.revision != revision:
+    if manifest.revision not in {revision, *earlier}:
         raise ArchiveError(
-            f"it comes from a database of revision {manifest.revision[:50]!r} (Menshin {manifest.menshin[:50]}), "
-            f"this one has revision {revision!r}; bring both installations to the same version, and export again"
+            f"it comes from a database of revision {manifest.revision[:50]!r} (Menshin {manifest.menshin[:50]}), which "
+            f"this version does not know; its own is {revision!r}. Upgrade this installation to the other's version"
         )
     return manifest
 

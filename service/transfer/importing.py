@@ -6,7 +6,7 @@ otherwise those of a table are shifted together, in every place that refers to t
 
 import base64
 import binascii
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
@@ -134,7 +134,7 @@ def _insert(session: Session, archive: Archive, shifts: Shifts, report_step: Rep
     known.of[FILES] = {*archive.digests, *_insert_deleted(session, archive)}
     for table in tables():
         known.of[table.name] = set()
-        for rows in _batches(_row(table, one, known) for one in archive.rows(table.name)):
+        for rows in batches(_row(table, one, known) for one in archive.rows(table.name)):
             session.execute(insert(table), rows)
             done += len(rows)
             report_step(table.name, done, total)
@@ -167,7 +167,8 @@ def _check(session: Session, archive: Archive) -> None:
         raise ArchiveError(f"building {row.code!r} is described as {described!r}")
 
 
-def _batches(rows: Iterator[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
+def batches(rows: Iterator[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
+    """The rows, as many at a time as are written at once."""
     batch: list[dict[str, Any]] = []
     for row in rows:
         batch.append(row)
@@ -184,10 +185,7 @@ def _row(table: Table, given: Mapping[str, Any], known: _Known) -> dict[str, Any
     Raises:
         ArchiveError: it is not a row of the table, or refers to one that the export does not have.
     """
-    if given.keys() != set(table.c.keys()):
-        wrong = sorted(given.keys() ^ set(table.c.keys()))
-        raise ArchiveError(f"table {table.name} has a row with missing or additional columns: {', '.join(wrong)[:200]}")
-    row = {column.name: _value(column, given[column.name]) for column in table.columns}
+    row = values(table, given)
     for column in table.columns:
         for key in column.foreign_keys:
             if (number := row[column.name]) is None:
@@ -204,6 +202,23 @@ def _row(table: Table, given: Mapping[str, Any], known: _Known) -> dict[str, Any
         return shifted(table.name, row, known.shifts)
     except (KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ArchiveError(f"a row of {table.name} is malformed ({type(error).__name__})") from None
+
+
+def values(table: Table, given: Mapping[str, Any], names: Collection[str] | None = None) -> dict[str, Any]:
+    """The values of a row by column.
+
+    Args:
+        table: of the row.
+        given: as the export has it.
+        names: columns that it must have; None: all of the table.
+
+    Raises:
+        ArchiveError: it is not a row of the table.
+    """
+    expected = table.c.keys() if names is None else names
+    if wrong := sorted(given.keys() ^ set(expected)):
+        raise ArchiveError(f"table {table.name} has a row with missing or additional columns: {', '.join(wrong)[:200]}")
+    return {name: _value(table.c[name], given[name]) for name in expected}
 
 
 def _value(column: Column[Any], value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold

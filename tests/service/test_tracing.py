@@ -1,4 +1,4 @@
-"""Traces reach a real receiver by OTLP: polls, jobs with their stages, requests, what is within; none has a secret."""
+"""Traces reach a real receiver by OTLP: polls, jobs, deliveries, requests, what is within; none has a secret."""
 
 import subprocess
 import sys
@@ -55,7 +55,7 @@ def attributes(span: Span) -> dict[str, str | int]:
 
 @pytest.fixture(scope="module")
 def traced(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Span], bytes]:
-    """What a process that polls, analyses and answers has sent."""
+    """What a process that polls, analyses, delivers and answers has sent."""
     import databases
 
     folder = tmp_path_factory.mktemp("traced")
@@ -103,6 +103,23 @@ def test_a_poll_and_an_analysis_are_traced_with_their_parts(traced: tuple[list[S
     assert any(one.name.startswith("INSERT") for one in inner), "its result is stored within"
 
 
+def test_a_delivery_is_traced_with_its_recipient_and_its_parts(traced: tuple[list[Span], bytes]) -> None:
+    spans, _ = traced
+    delivery = only(spans, "delivery", delivery=1)
+    assert not delivery.parent_span_id
+    assert attributes(delivery) == {"menshin.delivery": 1, "menshin.recipient": "PAPER/program"}
+    inner = parts(spans, delivery)
+    [sent] = [one for one in inner if one.name == "send"]
+    assert attributes(sent) == {"menshin.recipient_kind": "webhook"}
+    read = [one for one in inner if one.name.startswith("SELECT")]
+    stored = [one for one in inner if one.name.startswith("UPDATE")]
+    assert read
+    assert stored
+    assert max(one.end_time_unix_nano for one in read) <= sent.start_time_unix_nano <= sent.end_time_unix_nano
+    assert all(sent.end_time_unix_nano <= one.start_time_unix_nano for one in stored), "the result"
+    assert all(one.end_time_unix_nano <= delivery.end_time_unix_nano for one in inner)
+
+
 def test_requests_are_traced_but_not_those_with_tokens(traced: tuple[list[Span], bytes]) -> None:
     spans, _ = traced
     served = [one for one in spans if one.kind == Span.SPAN_KIND_SERVER]
@@ -113,7 +130,7 @@ def test_requests_are_traced_but_not_those_with_tokens(traced: tuple[list[Span],
 def test_no_trace_begins_with_a_statement_and_none_holds_a_secret(traced: tuple[list[Span], bytes]) -> None:
     spans, sent = traced
     roots = {one.name for one in spans if not one.parent_span_id}
-    assert roots == {"poll", "job", "GET /api/v1/buildings/{code}"}
+    assert roots == {"poll", "job", "delivery", "GET /api/v1/buildings/{code}"}
     assert b"s3cret" not in sent
     poll = only(spans, "poll", building="TOWER")
     [asked] = [one for one in parts(spans, poll) if one.name == "GET"]

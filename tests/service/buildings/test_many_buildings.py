@@ -1,31 +1,41 @@
-"""Lists of buildings come in pages, and what is read for a page or a scrape does not grow with the buildings."""
+"""Lists of buildings come in pages, and what is read for a page or a scrape does not grow with what it shows."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
+from alert_candidates import gain_error
+from alert_fixtures import AGE
 from api_client import client
 from assessed_buildings import STRONG, add_comparison, building, day, earthquake
 from monitored_building import building_file
-from sqlalchemy import Engine, event as sqlalchemy_event, insert
+from sqlalchemy import Engine, event as sqlalchemy_event, insert, select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts import periodic_checks
+from core.comparison.misfit import Misfit
+from service.alerts import inspections, operator_actions, periodic_checks
 from service.alerts.checked_buildings import Checked
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import reconcile
+from service.alerts.tables import Alert
+from service.analyses.tables import Analysis
+from service.buildings import store as building_store
 from service.buildings.pages.home import LISTED
 from service.buildings.pages.map import drawn, read_area
 from service.buildings.pages.summary import summaries
 from service.buildings.tables import Building, Revision
 from service.db.sessions import reading
 from service.health.metrics import GAUGES, exposition
-from service.records.tables import Event
+from service.models.tables import ModelComparison, ModelVersion
+from service.records.tables import Content, Event, Waveform
 from service.settings import Settings
 from service.verdict import levels, reading as verdicts
+from service.verdict.assessment import Result
 from service.verdict.checks import Level
 from service.verdict.levels import Area, Selection
 from service.verdict.tables import BuildingLevel
@@ -116,6 +126,80 @@ def test_the_lists_of_the_api_come_in_pages(database_url: str, sessions: session
     codes = [one.get("code", one.get("building")) for one in (*first["items"], *second["items"])]
     assert codes == ["B000", "B001", "B002"]
     assert second["next"] is None
+
+
+@pytest.mark.parametrize("path", ["buildings", "sources"])
+def test_the_lists_of_the_api_take_as_many_statements_for_forty_buildings_as_for_three(
+    database_url: str, sessions: sessionmaker[Session], path: str
+) -> None:
+    numbers, listed = [], []
+    with client(database_url) as asking:
+        for first, count in ((0, 3), (3, 37)):
+            with sessions.begin() as session:
+                add(session, first, count)
+            with counting() as statements:
+                listed.append(len(asking.get(f"/api/v1/{path}", params={"limit": 100}).json()["items"]))
+                numbers.append(statements())
+    assert listed == [3, 40]
+    assert numbers[0] == numbers[1] > 0
+
+
+def add_years(session: Session, of: Building, model: ModelVersion, first: int, count: int) -> list[int]:
+    """Numbers of so many more earthquakes, each with waveforms, original files that were deleted, a comparison with a
+    model, a message, an alert with a comment, and an inspection."""
+    numbers = []
+    for number in range(first, first + count):
+        at = day(number)
+        event = earthquake(session, of, at, STRONG)
+        add_comparison(session, event, -0.1)
+        analysis = session.scalars(select(Analysis).where(Analysis.event_id == event.id)).one()
+        analysis.inputs = [f"{number}/{file}" for file in range(count)]
+        deleted = {"deleted_at": at, "deleted_by": "retention.original_files"}
+        session.add_all(Content(sha256=one, size=1, data=b"", **deleted) for one in analysis.inputs)
+        as_recorded = {"start": at, "rate": 100.0, "count": 1, "gain": 1.0, "samples": b""}
+        session.add_all(Waveform(event_id=event.id, channel=f"XX.{one}", **as_recorded) for one in range(count))
+        misfit = asdict(Misfit(samples=100, error=1e12, signal=1e12, spread=1e12, noise=1.0))
+        compared = {"event_id": event.id, "analysis_id": analysis.id, "direction": "x", "role": "later"}
+        session.add(ModelComparison(model=model, misfit=misfit, force=b"", created_at=at, version="test", **compared))
+        numbers.append(event.id)
+    every = session.scalars(select(Event.id).where(Event.building_id == of.id).order_by(Event.start)).all()
+    found = [
+        gain_error(f"XX.{one}", onset_event_id=one, raised_event_id=one, event_ids=(one, every[1])) for one in every
+    ]
+    reconcile(session, of.id, found, "events", day(first + count))
+    session.flush()
+    for alert in session.query(Alert):
+        operator_actions.comment(session, alert, "Jo", f"seen of {count}", None, day(first + count))
+    for number in range(first, first + count):
+        inspections.record(session, of, "Jo", Result.RESTRICTED, f"no. {number}", day(number), AGE, day(first + count))
+    write_messages(session, of.id, AGE, day(first + count))
+    return numbers
+
+
+@pytest.mark.parametrize("kind", ["building", "event"])
+def test_a_page_takes_as_many_statements_for_twenty_earthquakes_as_for_three(
+    database_url: str, sessions: sessionmaker[Session], kind: str
+) -> None:
+    numbers, shown = [], []
+    with sessions.begin() as session:
+        of = building(session)
+        code = of.code
+        made = {"created_at": START, "version": "test", "revision_id": building_store.current(session, of).id}
+        empty = {"effects": {}, "standard_deviations": {}, "assumed": [], "change": "", "author": "Jo"}
+        session.add(ModelVersion(building_id=of.id, direction="x", number=1, state="current", **made, **empty))
+    with client(database_url) as asking:
+        for first, count in ((1, 3), (4, 17)):
+            with sessions.begin() as session:
+                of, model = session.scalars(select(Building)).one(), session.scalars(select(ModelVersion)).one()
+                events = add_years(session, of, model, first, count)
+            path = f"/buildings/{code}" if kind == "building" else f"/events/{events[1]}"
+            asking.get(path)  # opens the connections
+            with counting() as statements:
+                answer = asking.get(path)
+                numbers.append(statements())
+            shown.append(answer.text.count("reads 8 % more than its neighbours"))
+    assert 0 < 3 * shown[0] < shown[1], "every open alert is listed"
+    assert numbers[0] == numbers[1] > 0
 
 
 def test_the_first_page_takes_as_many_statements_for_three_hundred_buildings_as_for_three(

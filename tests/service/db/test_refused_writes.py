@@ -1,8 +1,9 @@
 """A database that can be read but not written for a while, as on a full disk, loses nothing and doubles nothing."""
 
 import logging
+import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,6 +21,7 @@ from rendered_messages import KEY
 from sqlalchemy import event, func, select
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.alerts import periodic_checks
 from service.analyses.tables import Analysis
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
@@ -30,6 +32,7 @@ from service.kinds import KINDS
 from service.notify.notifier import Notifier
 from service.notify.tables import Delivery, DeliveryAttempt, Message
 from service.poller import Poller
+from service.records.source_poller import SourcePoller
 from service.records.tables import Event, Recording
 from service.settings import Settings
 
@@ -42,7 +45,10 @@ SETTINGS = Settings(
     inside_allowed=("localhost",),
     plain_http_allowed=True,
     notice_delay=0.1,
+    data_health={"disk_reserve": 0},  # an alert about the disk would be a message more
 )
+FULL = "is on a full disk; free some space"
+PARTS = {"service.poller", "service.jobs.worker", "service.notify.notifier"}
 REFUSALS = {
     "full": (("PRAGMA max_page_count = 1", "PRAGMA max_page_count = 4294967294"), "is on a full disk"),
     "read-only": (("PRAGMA query_only = ON", "PRAGMA query_only = OFF"), "is read-only"),
@@ -177,6 +183,45 @@ def test_postgresql_has_all_of_its_data_on_a_full_disk_for_a_while(
             lose_nothing_on(url, small_disk, tmp_path, caplog)
 
 
+def test_sqlite_is_on_a_full_disk_for_a_while(
+    small_disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its log of changes and the index of that log are on the disk as well."""
+    lose_nothing_on(databases.sqlite(small_disk), small_disk, tmp_path, caplog)
+
+
+def test_poller_worker_and_notifier_all_find_sqlite_on_a_full_disk(
+    small_disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A file, an analysis and a message wait when the service starts; each is done once when there is room again."""
+    made = opened.sessions(databases.sqlite(small_disk))
+    folder = tmp_path / "records"
+    folder.mkdir()
+    poller = SourcePoller(made, SETTINGS)
+    with webhook_server() as program, caplog.at_level(logging.WARNING):
+        watch(made, folder, program)
+        for number in range(3):
+            write(folder, range(number, number + 1))
+            if number < 2:
+                poller.poll("TOWER")
+                poller.queue_ready()
+            if number < 1:
+                Worker(made, CachedExecutor, SETTINGS, KINDS).run_until_idle()
+                periodic_checks.check_buildings(made, SETTINGS, datetime.now(UTC), last={})
+        assert [count(made, one) for one in (Recording, Analysis, Message, DeliveryAttempt)] == [2, 1, 1, 0]
+        with closing(sqlite3.connect(small_disk / "menshin.sqlite")) as connection:
+            connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # a write must make the log longer
+        small_disks.fill(small_disk)
+        with serving(made):
+            until(lambda: {one.name for one in caplog.records if FULL in one.getMessage()} >= PARTS)
+            assert [count(made, one) for one in (Recording, Analysis, Message, DeliveryAttempt)] == [2, 1, 1, 0]
+            (small_disk / "filling").unlink()
+            until(lambda: delivered(made) == 3)
+    assert_once(made, program, 3)
+    made.kw["bind"].dispose()
+    assert not [one for one in caplog.records if one.exc_info], "it was taken for a bug"
+
+
 def lose_nothing_on(url: str, disk: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """As `lose_nothing` while the disk is full, and answers that only read are served meanwhile.
 
@@ -198,7 +243,7 @@ def lose_nothing_on(url: str, disk: Path, tmp_path: Path, caplog: pytest.LogCapt
                 (disk / "filling").unlink()
 
         try:
-            lose_nothing(made, tmp_path, switch, "is on a full disk; free some space", caplog)
+            lose_nothing(made, tmp_path, switch, FULL, caplog)
         finally:
             (disk / "filling").unlink(missing_ok=True)
             made.kw["bind"].dispose()
@@ -226,8 +271,13 @@ def lose_nothing(
             assert count(sessions, Recording) < FILES
             switch(False)
             until(lambda: delivered(sessions) == FILES)
+    assert_once(sessions, program, FILES)
+
+
+def assert_once(sessions: sessionmaker[Session], program: WebhookServer, files: int) -> None:
+    """Each file was stored, analysed and reported once, and no attempt at it failed."""
     for table in (Recording, Event, Analysis, Message, Delivery, DeliveryAttempt):
-        assert count(sessions, table) == FILES, table
+        assert count(sessions, table) == files, table
     with reading(sessions)() as session:
         assert set(session.scalars(select(Recording.failures))) == {0}
-    assert len({one.headers["webhook-id"] for one in program.posted}) == len(program.posted) == FILES
+    assert len({one.headers["webhook-id"] for one in program.posted}) == len(program.posted) == files

@@ -87,8 +87,10 @@ def test_what_is_put_can_be_got_again_and_deleted(given: Mapping[str, Any]) -> N
     store.put(DIGEST, DATA)
     assert store.get(DIGEST) == DATA
     store.probe()
+    assert store.digests() == {DIGEST}
     store.delete(DIGEST)
     store.delete(DIGEST)
+    assert store.digests() == set()
     with pytest.raises(LostFileError, match=f"{DIGEST} is missing .* backup"):
         store.get(DIGEST)
 

@@ -1,9 +1,5 @@
 """A building is exported from one installation and imported into another: its answers are the same there."""
 
-import json
-import zipfile
-from collections.abc import Callable
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from shutil import copyfile
@@ -16,8 +12,9 @@ from alert_candidates import softer_isolators, stopped_data
 from alert_fixtures import with_stored_events
 from api_client import client
 from click.testing import Result
+from exports import Edit, add, edited, entries, number_of_rows, put
 from sqlalchemy import func, select, update
-from sqlalchemy.orm import Session, sessionmaker
+from sqlalchemy.orm import Session, sessionmaker, undefer
 from typer.testing import CliRunner
 
 from service.access.tables import AuditEntry
@@ -34,7 +31,8 @@ from service.db.migrate import newest
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
-from service.records.tables import Event, Packet, StreamState
+from service.records import originals
+from service.records.tables import Content, Event, Packet, StreamState
 from service.settings.groups import Storage
 from service.transfer import archive, contents
 from service.transfer.archive import MANIFEST, ArchiveError
@@ -46,6 +44,8 @@ AGE = monitored_building.APART * 100
 SECRET = "whsec_" + "c2VjcmV0" * 4
 HOOK = "https://example.org/hook/s3cret"
 RECEIVER = f'\n[[receiver]]\nname = "desk"\nkind = "webhook"\naddress = "{HOOK}"\nsecret = "{SECRET}"\n'
+
+IN_DATABASE = Storage()
 
 
 def silent(doing: str, done: int, of: int) -> None:
@@ -89,11 +89,11 @@ def in_use(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "menshin.sqlite"
 
 
-def exported(sessions: sessionmaker[Session], *, with_secrets: bool = True) -> bytes:
+def exported(sessions: sessionmaker[Session], *, with_secrets: bool = True, storage: Storage = IN_DATABASE) -> bytes:
     """An export as bytes."""
     file = BytesIO()
     with opened.reading(sessions)() as session:
-        export(session, "PAPER", file, NOW, silent, with_secrets=with_secrets, settings=Storage())
+        export(session, "PAPER", file, NOW, silent, with_secrets=with_secrets, settings=storage)
     return file.getvalue()
 
 
@@ -107,18 +107,12 @@ def whole(in_use: Path) -> bytes:
         sessions.kw["bind"].dispose()
 
 
-def imported(sessions: sessionmaker[Session], data: bytes, folder: Path) -> None:
+def imported(sessions: sessionmaker[Session], data: bytes, folder: Path, storage: Storage = IN_DATABASE) -> None:
     """Import an export."""
     file = folder / "building.zip"
     file.write_bytes(data)
     with archive.opened(file, newest(), {one.name: one for one in contents.expected()}) as found:
-        import_building(sessions, found, silent, Storage())
-
-
-def entries(data: bytes) -> dict[str, bytes]:
-    """The members of an export by name."""
-    with zipfile.ZipFile(BytesIO(data)) as found:
-        return {name: found.read(name) for name in found.namelist()}
+        import_building(sessions, found, silent, storage)
 
 
 def answers(url: str) -> dict[str, Any]:
@@ -204,6 +198,89 @@ def test_numbers_that_are_in_use_are_shifted_wherever_they_stand(
         assert api.get(f"/alerts/{alert}").status_code == 200
 
 
+@pytest.fixture
+def store(tmp_path: Path) -> tuple[Storage, Path]:
+    """Settings that keep original files in a folder, and the folder."""
+    folder = tmp_path / "originals"
+    folder.mkdir()
+    return Storage(originals=f"file://{folder}"), folder
+
+
+def in_store(folder: Path) -> dict[str, bytes]:
+    """The files of a store by their paths in it."""
+    return {str(one.relative_to(folder)): one.read_bytes() for one in folder.rglob("*") if one.is_file()}
+
+
+def original_files(data: bytes) -> dict[str, bytes]:
+    """The original files of an export by the paths that a store gives them."""
+    found = {name.removeprefix("files/"): file for name, file in entries(data).items() if name.startswith("files/")}
+    return {f"{digest[:2]}/{digest}": file for digest, file in found.items()}
+
+
+@pytest.mark.sqlite
+def test_original_files_move_from_a_database_into_a_store_and_back(
+    whole: bytes, tmp_path: Path, store: tuple[Storage, Path], sessions: sessionmaker[Session]
+) -> None:
+    storage, folder = store
+    imported(sessions, whole, tmp_path, storage)
+    assert in_store(folder) == original_files(whole), "under their own names, byte for byte"
+    with sessions() as session:
+        rows = session.execute(select(Content.is_outside, func.length(Content.data))).all()
+    assert set(rows) == {(True, 0)}, "nothing of them is in the database"
+    assert len(rows) == 3
+    assert (originals.check(sessions, storage, silent), originals.unknown(sessions, storage)) == ([], [])
+
+    from_store = exported(sessions, storage=storage)
+    assert entries(from_store) == entries(whole)
+    (tmp_path / "back").mkdir()
+    back = opened.sessions(databases.sqlite(tmp_path / "back"))
+    imported(back, from_store, tmp_path)
+    with back() as session:
+        kept = {one.sha256: one.data for one in session.scalars(select(Content).options(undefer(Content.data)))}
+        assert session.scalar(select(func.count()).where(Content.is_outside)) == 0
+    assert {f"{digest[:2]}/{digest}": data for digest, data in kept.items()} == original_files(whole)
+    assert entries(exported(back)) == entries(whole)
+    back.kw["bind"].dispose()
+
+
+@pytest.mark.sqlite
+def test_an_import_that_fails_leaves_no_rows_and_its_files_are_named_until_one_succeeds(
+    whole: bytes,
+    tmp_path: Path,
+    store: tuple[Storage, Path],
+    sessions: sessionmaker[Session],
+    database_url: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    storage, folder = store
+    monkeypatch.setenv("MENSHIN_DATABASE_URL", database_url)
+    monkeypatch.setenv("MENSHIN_STORAGE__ORIGINALS", str(storage.originals))
+
+    def checked() -> list[str]:
+        done = CliRunner().invoke(app, ["storage", "check"])
+        assert done.exit_code == 0, done.output
+        return done.stdout.splitlines()
+
+    small = edited(whole, without_series)
+    names = sorted(path.rpartition("/")[2] for path in original_files(whole))
+    for change, reason in (
+        (put("tables/mode_result.jsonl", "id", 1), "it contradicts itself"),
+        (lambda members: members.update({f"files/{names[-1]}": b"!"}), "does not match its name"),
+    ):
+        with pytest.raises(ArchiveError, match=reason):
+            imported(sessions, edited(small, change), tmp_path, storage)
+        assert number_of_rows(sessions) == 0
+        left = sorted(path.rpartition("/")[2] for path in in_store(folder))
+        assert set(left) <= set(names)
+        *named, said, last = checked()
+        assert named == left
+        assert said.startswith(f"{len(left)} files there belong to nothing in this database")
+        assert last.startswith("0 original files in the store are whole")
+    imported(sessions, small, tmp_path, storage)
+    assert [line.partition(",")[0] for line in checked()] == ["3 original files in the store are whole"]
+    assert in_store(folder) == original_files(whole)
+
+
 @pytest.mark.sqlite
 def test_what_is_under_way_stays_where_it_is(in_use: Path, tmp_path: Path, sessions: sessionmaker[Session]) -> None:
     copyfile(in_use, tmp_path / "home.sqlite")
@@ -262,44 +339,6 @@ def test_a_building_that_exists_is_not_touched(whole: bytes, tmp_path: Path, ses
     assert entries(exported(sessions)) == before
 
 
-Edit = Callable[[dict[str, Any]], None]
-
-
-def edited(data: bytes, edit: Edit) -> bytes:
-    """An export whose members were edited: the tables as lists of rows, the others as they are; digests fit again."""
-    members: dict[str, Any] = dict(entries(data))
-    tables = [name for name in members if name.startswith("tables/")]
-    for name in tables:
-        members[name] = [json.loads(line) for line in members[name].splitlines()]
-    members[MANIFEST] = json.loads(members[MANIFEST])
-    edit(members)
-    for name in tables:
-        if name in members:
-            members[name] = b"".join(json.dumps(row).encode() + b"\n" for row in members[name])
-            if said := members[MANIFEST]["tables"].get(name.removeprefix("tables/").removesuffix(".jsonl")):
-                said["sha256"] = sha256(members[name]).hexdigest()
-    members[MANIFEST] = json.dumps(members[MANIFEST]).encode()
-    file = BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as made:
-        for name, member in members.items():
-            made.writestr(name, member)
-    return file.getvalue()
-
-
-def put(member: str, key: str, value: object) -> Edit:
-    """Set a value in the manifest, or in the last row of a table."""
-
-    def edit(members: dict[str, Any]) -> None:
-        (members[member] if member == MANIFEST else members[member][-1])[key] = value
-
-    return edit
-
-
-def add(name: str, data: bytes) -> Edit:
-    """Add a member."""
-    return lambda members: members.update({name: data})
-
-
 REFUSED: dict[str, tuple[Edit, str]] = {
     "a path outside": (add("../../etc/cron.d/menshin", b""), r"not an export of a building: it has '\.\./\.\./etc"),
     "an absolute path": (add("/etc/passwd", b""), "it has '/etc/passwd'"),
@@ -349,11 +388,6 @@ def without_series(members: dict[str, Any]) -> None:
 
 def first_file(members: dict[str, Any]) -> str:
     return next(name for name in members if name.startswith("files/"))
-
-
-def number_of_rows(sessions: sessionmaker[Session]) -> int:
-    with sessions() as session:
-        return sum(session.scalar(select(func.count()).select_from(one)) or 0 for one in Base.metadata.sorted_tables)
 
 
 @pytest.mark.sqlite
