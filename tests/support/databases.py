@@ -22,6 +22,8 @@ TEMPLATE = "migrated"
 KILLABLE = ("fsync = off", "full_page_writes = off", "max_wal_size = '128MB'")
 """Settings of a server whose data need not outlive a loss of power, and may be in memory. What it committed outlives a
 kill of its processes."""
+RENAMED = {"reliance": "assessment", "left_out": "held_out"}
+"""New names of columns, by those of the first version."""
 QUICK = (*KILLABLE, "synchronous_commit = off")
 """Settings of a server that nothing kills: it keeps the last commits to itself for up to a second."""
 

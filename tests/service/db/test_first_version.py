@@ -11,6 +11,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import databases
 import numpy as np
 import paper_records
 import pytest
@@ -38,8 +39,6 @@ DATABASE = Path(__file__).with_name("first_version.sqlite.xz")
 NOW = datetime(2025, 1, 1, tzinfo=UTC)
 KEY = "mk_2J5pkjlaQq3D0mrP5GJypT55fJVPMpHHqErtSgY5GOI"
 HEADERS = {"Authorization": f"Bearer {KEY}"}
-RENAMED = {"reliance": "assessment", "left_out": "held_out"}
-"""New names of columns by their first ones."""
 
 
 @pytest.fixture
@@ -98,7 +97,11 @@ def test_no_row_is_lost_and_the_service_goes_on(upgraded: str, tmp_path: Path) -
     for name, had in before.items():
         if name == "alembic_version":
             continue
-        kept = {comparable(row, (RENAMED.get(one, one) for one in had[0])) for row in after[name]} if had else set()
+        kept = (
+            {comparable(row, (databases.RENAMED.get(one, one) for one in had[0])) for row in after[name]}
+            if had
+            else set()
+        )
         assert {comparable(row, iter(had[0])) for row in had} <= kept, name
     channels = {one["channel"]: one for one in after["recorded_channel"]}
     [earthquake] = after["event"]
