@@ -78,7 +78,7 @@ CASES = (
     "displacement_damping_straight",
     "resonator_on_slab",
     "inerter_on_spring",
-    "friction_tanh",
+    "smooth_friction",
     "friction_lugre",
     "breakaway_slow",
     "second_hysteresis_bilinear",

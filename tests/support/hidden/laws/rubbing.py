@@ -35,8 +35,13 @@ def friction(p, s, s1, step, past):
     return fast * (1.0 - lost * math.exp(-sharp * abs(step.v))) * s1[0]
 
 
-def tanh_friction(p, s, s1, step, past):
+def smooth_friction(p, s, s1, step, past):
     return p[0] * math.tanh(step.v / p[1])
+
+
+def exponential_friction(p, s, s1, step, past):
+    """Threlfall (1978): 95 % of the force at its speed."""
+    return p[0] * math.copysign(1.0 - math.exp(-3.0 * abs(step.v) / p[1]), step.v)
 
 
 def lugre_friction(p, s, s1, step, past):
@@ -205,11 +210,19 @@ LAWS = (
         states=1,
     ),
     Law(
-        "friction_tanh",
-        "friction",
-        "another",
-        tanh_friction,
+        "smooth_friction",
+        "smooth_friction",
+        "same",
+        smooth_friction,
         lambda layer, rng: {"sliding": layer.peak_force * SHARE, "slow": 10 ** rng.uniform(-2.7, -1.5)},
+        ("sliding",),
+    ),
+    Law(
+        "smooth_friction_exponential",
+        "smooth_friction",
+        "another",
+        exponential_friction,
+        lambda layer, rng: {"sliding": layer.peak_force * SHARE, "slow": 10 ** rng.uniform(-2.2, -1.0)},
         ("sliding",),
     ),
     Law(
