@@ -68,6 +68,8 @@ FORMS_TRIED = 4
 FORM_LEAVES = 4.0
 """Noise ratio that a model may leave with a law in another form. Where more is left, the form may be no more than a
 stand-in for what is unknown. A choice."""
+YIELD_CHANNELS = ("slope", "plasticity", "flow", "sharpness", "growth", "relaxing", "strength")
+"""Channels by which effects change how the damper yields."""
 PLACES_TRIED = 2
 """Forms, the most promising first, of which a law is searched from their own best place. A choice, for its time."""
 HELD_WORTH = 0.03
@@ -197,6 +199,7 @@ def _ranked(
         seen, fits = (*seen, *more), {**fits, **their_fits}
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     judgeable |= _in_other_forms(data, base, judgeable, floor)
+    judgeable |= _beside_given_yield(data, model, effects, judgeable, floor)
     if judgeable:
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)
         data = reweighted_data(by_noise, at_values(by_noise, best.model))
@@ -284,6 +287,25 @@ def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Ve
 
     tried = having[:FORMS_TRIED]
     return dict(zip(tried, at_once(best, tried), strict=True))
+
+
+def _beside_given_yield(
+    data: FitData, model: Isolator, effects: Sequence[str], fits: Mapping[str, Fit], floor: Vector
+) -> dict[str, Fit]:
+    """Fits of effects that change how the damper yields, from the values of the model before it was fitted, if all
+    laws leave far more than noise.
+
+    A damper that was fitted without such an effect may have taken on values in whose reach the effect does nothing.
+    """
+    if not fits or min(noise_ratio(data, fit, floor) for fit in fits.values()) <= FORM_LEAVES:
+        return {}
+    names = [name for name in effects if EFFECTS[name].acts_on in YIELD_CHANNELS and is_excited(name, data.observations)]
+    usual = {name: {one.name: one.prior.median for one in EFFECTS[name].parameters} for name in names}
+    places = {name: [Isolator({**model.effects, name: values})] for name, values in usual.items()}
+    least = min(fit.chi_square for fit in fits.values())
+    found = search_in_parallel(data, places, below=least)
+    lower = {name: fit for name, fit in found.items() if fit.outcome is not Outcome.DIVERGED}
+    return {name: fit for name, fit in lower.items() if name not in fits or fit.chi_square < fits[name].chi_square}
 
 
 def in_best_form(
