@@ -299,9 +299,11 @@ def _beside_given_yield(
     """
     if not fits or min(noise_ratio(data, fit, floor) for fit in fits.values()) <= FORM_LEAVES:
         return {}
-    names = [name for name in effects if EFFECTS[name].acts_on in YIELD_CHANNELS and is_excited(name, data.observations)]
-    usual = {name: {one.name: one.prior.median for one in EFFECTS[name].parameters} for name in names}
-    places = {name: [Isolator({**model.effects, name: values})] for name, values in usual.items()}
+    changing = [name for name in effects if EFFECTS[name].acts_on in YIELD_CHANNELS]
+    places = {}
+    for name in (one for one in changing if is_excited(one, data.observations)):
+        usual = {one.name: one.prior.median for one in EFFECTS[name].parameters}
+        places[name] = [Isolator({**model.effects, name: usual})]
     least = min(fit.chi_square for fit in fits.values())
     found = search_in_parallel(data, places, below=least)
     lower = {name: fit for name, fit in found.items() if fit.outcome is not Outcome.DIVERGED}

@@ -17,7 +17,8 @@ def test_a_sliding_block_comes_to_rest_as_the_exact_solution_does() -> None:
     rate, blow, mass = 500.0, np.zeros(600), 1e6
     blow[1:26] = -4.0
     building = ShearBuilding(mass / 2, np.array([mass / 2]), np.array([1e5 * mass * TURN**2]), 1e-5)
-    moved = simulate(building, Isolator({"smooth_friction": {"sliding": FORCE, "speed": SPEED, "shape": 1.0}}), blow, rate)
+    layer = Isolator({"smooth_friction": {"sliding": FORCE, "speed": SPEED, "shape": 1.0}})
+    moved = simulate(building, layer, blow, rate)
     after = moved.isolator_velocity[50:]
     time = np.arange(after.size) / rate
     exact = SPEED * np.arcsinh(np.sinh(after[0] / SPEED) * np.exp(-FORCE * time / (mass * SPEED)))
