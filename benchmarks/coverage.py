@@ -1,4 +1,4 @@
-"""How much of what happened do the 95 % bands of force, displacement and k_eq hold, and how wide are they?
+"""Coverage and width of the 95 % bands of force, displacement and k_eq.
 
     python -m benchmarks.coverage            weak events (odd seeds), the real building: docs/reference/accuracy.md
     python -m benchmarks.coverage --full     strong events too, onto the screen

@@ -43,7 +43,7 @@ def wanted(groups: Iterable[Group], first: int, most: int) -> list[tuple[str, in
 
 
 def run(trials: Sequence[tuple[str, int]], kept: Path) -> None:
-    """Those that are not kept yet; each is kept as soon as it is done.
+    """Run the trials that are not kept yet; each is kept as soon as it is done.
 
     Raises:
         ExceptionGroup: when all others are done, of the trials that failed.

@@ -130,7 +130,7 @@ def _by_noise(rows: Sequence[Row]) -> Table:
 
 
 def _wrong(rows: Sequence[Row]) -> Table:
-    """Those that are not right in the table by noise."""
+    """Table of the trials that are not right in the table by noise."""
     lines = tuple(
         (
             question.what.split(":")[0],

@@ -173,7 +173,7 @@ def _rows(
 
 
 def run(trials: Sequence[tuple[str, int]], kept: Path) -> None:
-    """Those that are not kept yet; a trial that no model can be fitted to is kept as its reason."""
+    """Run the trials that are not kept yet; a trial that no model can be fitted to is kept as its reason."""
     kept.parent.mkdir(parents=True, exist_ok=True)
     there = {(case, seed) for case, seed, _ in read(kept)}
     missing = [one for one in trials if one not in there]

@@ -57,7 +57,7 @@ HISTORIES = (10, 60, 300)
 REQUESTS = 6
 """Of each address, each about another building."""
 PORT = 48_123
-"""Of the monitoring server, so that databases that were kept name it."""
+"""Port of the monitoring server, fixed because kept databases name it."""
 PARTS = ("round", "poller", "pages", "api", "drift")
 
 

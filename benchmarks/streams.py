@@ -54,7 +54,7 @@ NOISE = 1e-4  # m/s²
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What the service has of the packets."""
+    """The packets as the service has them."""
 
     stored: int
     refused: int
@@ -94,7 +94,7 @@ def kept(opened: sessionmaker[Session]) -> Kept:
 
 
 def failures(noted: Mapping[str, float], sent: int, found: Kept) -> list[str]:
-    """What was not as it must be, in sentences.
+    """Failures, in sentences.
 
     Args:
         noted: s after the end of the shaking when each thing was there, by its name; what did not come is left out.

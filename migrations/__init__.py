@@ -1,1 +1,1 @@
-"""How the database came to its present shape, step by step."""
+"""Migrations of the database, from its first version to this one."""

@@ -1,4 +1,4 @@
-"""What Alembic runs its steps in: the connection, and thus the transaction, that service.db.migrate opened."""
+"""Alembic's environment: its steps run in the connection, and thus the transaction, that service.db.migrate opened."""
 
 from alembic import context
 

@@ -29,7 +29,7 @@ class Rooted(Sampler):  # type: ignore[misc]  # OpenTelemetry is optional, its t
         links: Sequence[Link] | None = None,
         trace_state: TraceState | None = None,
     ) -> SamplingResult:
-        """Whether a span is sent: as its parent is, or by the share of traces."""
+        """Decision to send a span: as its parent's, or by the share of traces."""
         from opentelemetry.trace import get_current_span
 
         rest: tuple[Any, ...] = (trace_id, name, kind, attributes, links)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
 PATH = "/v1/traces"
-"""Of an OTLP receiver (OpenTelemetry Protocol 1.5, OTLP/HTTP)."""
+"""Path at an OTLP receiver (OpenTelemetry Protocol 1.5, OTLP/HTTP)."""
 UNTRACED = "healthz,readyz,metrics,static,login,link"
 """Beginnings of paths that are asked too often, or whose addresses hold tokens."""
 ADDRESSES = ("url.full", "http.url", "http.target", "url.query", "url.path")

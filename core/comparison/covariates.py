@@ -30,7 +30,7 @@ class Covariate:
 
 
 def covariates(observations: Sequence[Observation]) -> tuple[Covariate, ...]:
-    """Those that are not the same at all samples, in order of importance.
+    """Covariates that vary between samples, in order of importance.
 
     Args:
         observations: in order of time; their samples follow one another.

@@ -132,7 +132,7 @@ def best_step(ranking: Ranking) -> Step | None:
 
 
 def without_needless(alike: Sequence[ScoredCandidate]) -> list[ScoredCandidate]:
-    """Those that contain no simpler law, and those that do and are decisively better than all of them but their
+    """Candidates that contain no simpler law, and those that do and are decisively better than all of them but their
     peers."""
     contain = {one.effect for one in alike if EFFECTS[one.effect].special}
 

@@ -81,9 +81,9 @@ class Diagnosis:
     last: Ranking
     """Ranking of the candidates for the model with all effects."""
     ratios_before: NoiseRatios
-    """Of the refitted model."""
+    """Noise ratios of the refitted model."""
     ratios_after: NoiseRatios
-    """Of the model with all effects."""
+    """Noise ratios of the model with all effects."""
 
     @property
     def explained(self) -> Worth:

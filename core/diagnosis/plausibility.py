@@ -121,7 +121,7 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
 
 
 def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation]) -> str | None:
-    """What in the building makes the same force if its masses are wrong; None if nothing does.
+    """Part of the building that makes the same force if its masses are wrong; None if nothing does.
 
     The force is estimated from masses and accelerations. Its error is a mass that is wrong times an acceleration: that
     of the slab, as if by a rigid mass, or that of a floor, as if by masses on springs with all modes of the

@@ -254,7 +254,7 @@ def _searched(
 def _worth_trying(
     contain: Sequence[str], data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector
 ) -> list[str]:
-    """Those of the laws that contain simpler ones that are to be tried.
+    """Laws to try of those that contain simpler ones.
 
     All, if the model and the simple laws with usual lengths leave more than noise; else those of the family of the best
     simple law that are no less simple than it is.
@@ -268,7 +268,7 @@ def _worth_trying(
 
 
 def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> dict[str, Fit]:
-    """Those fits of laws that have other forms, each in its best form, if no law in its usual form explains the
+    """Fits of the laws that have other forms, each in its best form, if no law in its usual form explains the
     records.
 
     Another form is searched for from the fit in the usual one and from its own best places, since the values of a form

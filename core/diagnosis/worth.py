@@ -95,7 +95,7 @@ class Judge:
         return cls(FitData.by_noise(seen), np.array([id(one) in out for one in seen]))
 
     def noise_ratios(self, model: Isolator) -> NoiseRatios:
-        """Of a model at its values; infinite where its force grows beyond all bounds."""
+        """Noise ratios of a model at its values; infinite where its force grows beyond all bounds."""
         data = self.data
         floor, samples = np.array([(noise_rms(one), one.count) for one in data.whitenings]).T
         ratios = rms_by_record(data, residual_at(data, model)) / floor

@@ -108,7 +108,7 @@ class Crossing:
     raised: int
     """Event at which the statistic reached the threshold, or the latest event."""
     is_sure: bool
-    """Whether it reached the threshold."""
+    """True if it reached the threshold."""
     earliest: int
     """First event with which the change may have begun."""
     latest: int

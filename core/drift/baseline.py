@@ -77,7 +77,7 @@ class BaselineModel:
 
     @property
     def is_seasonal(self) -> bool:
-        """Whether a yearly wave replaces the temperature."""
+        """True if a yearly wave replaces the temperature."""
         return self.quantity.follows_temperature and self.temperature is None
 
     def columns(self, arrays: SeriesArrays) -> Matrix:

@@ -224,7 +224,7 @@ def monitor(
 
 
 def is_after(moment: datetime, baseline: Baseline, last: datetime, reference: Reference) -> bool:
-    """Whether an event of that time leaves the baseline as it is.
+    """True if an event of that time leaves the baseline as it is.
 
     Args:
         moment: start of the event, aware.

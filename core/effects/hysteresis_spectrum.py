@@ -9,7 +9,7 @@ than SHORTEST only where it is there already.
 from core.effect import Effect, LogNormal, Normal, Parameter
 
 RATIO = 100 ** (1 / 3)
-"""Of the displacements of neighbouring elements: four elements over two decades."""
+"""Ratio of the displacements of neighbouring elements: four elements over two decades."""
 MIDDLE = 30.0
 """Displacement of an element that would have the strength F_s, over that of the first element."""
 SHORTEST = 2e-3

@@ -38,7 +38,7 @@ class Miss:
 
     kind: Kind
     level: str
-    """Of an acceleration; empty for the layer's displacement."""
+    """Level of an acceleration; empty for the layer's displacement."""
     amplitude: float
     """m, largest displacement of the layer in the record."""
     peak: float

@@ -40,7 +40,7 @@ from core.shaking.floors import STIFFNESS_ERROR
 from core.signals.conditioning import without_baseline
 
 COVERAGE = 0.95
-"""Of the intervals."""
+"""Probability of the intervals."""
 AFTERWARDS = 20.0
 """s of rest of the ground behind a motion, in which the building still moves."""
 PRIOR_ERROR = 0.02
@@ -71,7 +71,7 @@ class Peak:
 
     quantity: Quantity
     level: str
-    """Of an acceleration; of a drift, the floor above the storey; empty for the isolation layer."""
+    """Level of an acceleration; for a drift, the floor above the storey; empty for the isolation layer."""
     direction: str
     """x or y; xy for a displacement in plan."""
     value: float

@@ -46,7 +46,7 @@ class FilledGap:
     first: int
     stop: int
     kind: str
-    """How the recorder filled it, in words."""
+    """The recorder's way of filling it, in words."""
 
 
 LAST_VALUE, ZEROS, LINE = "its last value", "zeros", "a straight line"
@@ -107,7 +107,7 @@ def _inside(samples: Vector, first: int, stop: int) -> tuple[int, int]:
 
 
 def _median(values: Vector, first: int, stop: int) -> float:
-    """Of the finite values in [first, stop); 0 without any."""
+    """Median of the finite values in [first, stop); 0 without any."""
     near = values[max(first, 0) : max(stop, 0)]
     near = near[np.isfinite(near)]
     return float(np.median(near)) if near.size else 0.0

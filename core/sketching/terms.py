@@ -69,7 +69,7 @@ class Term:
     """Values of {s} where the search begins: lengths and travels over U, speeds over V, times in s."""
     memory: Memory | None = None
     expression: str = field(kw_only=True)
-    """Of a law, in U, V and {s}."""
+    """Expression of a law, in U, V and {s}."""
 
     @property
     def meaning(self) -> str:

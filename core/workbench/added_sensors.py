@@ -123,7 +123,7 @@ def _gains(
 
 
 def _alike(each: Sequence[Gains]) -> list[Gains]:
-    """Those in which the same floors lack a sensor as in the last: earlier ones may have had other channels."""
+    """Gains in the earthquakes in which the same floors lack a sensor as in the last; channels may have changed."""
     floors = [floor for floor, _ in each[-1].added]
     return [one for one in each if [floor for floor, _ in one.added] == floors]
 

@@ -199,7 +199,7 @@ class Recording:
 
     segments: tuple[Segment, ...]
     description: BuildingDescription
-    """Of the building at that time."""
+    """The building's description at that time."""
     settings: AnalysisSettings
     directions: tuple[str, ...]
     """Horizontal directions of the model."""

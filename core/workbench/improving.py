@@ -163,7 +163,7 @@ class ImprovementResult:
     added: tuple[str, ...]
     """Effects in the order in which they were added."""
     ended: str
-    """That it ended, and why, as a sentence."""
+    """The reason for its end, as a sentence."""
     versions: tuple[Version, ...]
     """The model as given, refitted, then with each effect that a diagnosis added, and after all changes by earthquakes
     left out."""

@@ -47,7 +47,7 @@ class OutOfRange:
     """A held-out earthquake in which a model fails, in one direction."""
 
     name: str
-    """Of the earthquake."""
+    """Name of the earthquake."""
     direction: str
     noise_ratio: float
     """Error over the error that noise alone makes."""

@@ -43,7 +43,7 @@ class ReceiverRule:
     kinds: tuple[WantedKind, ...]
     severities: tuple[Severity, ...]
     report: bool = False
-    """Whether mails about earthquakes carry the report as PDF."""
+    """True if mails about earthquakes carry the report as PDF."""
     language: Language = ENGLISH
     """In which a person gets messages, and the report."""
 

@@ -43,7 +43,7 @@ def status(
 
 
 def _statuses(session: "Session", code: str | None) -> "list[Standing]":
-    """Those of one building or of all, the most severe first."""
+    """Verdicts on one building or on all, the most severe first."""
     from sqlalchemy import select
 
     from service.buildings import store as building_store

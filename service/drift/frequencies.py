@@ -39,11 +39,11 @@ class Sightings:
     """(n,) whether the track is a mode of the building."""
 
     def subset(self, which: Mask | Indices) -> "Sightings":
-        """Those selected by a mask or by indices."""
+        """The sightings selected by a mask or by indices."""
         return Sightings(self.levels, *(getattr(self, one.name)[which] for one in fields(self)[1:]))
 
     def joined(self, other: "Sightings") -> "Sightings":
-        """Those of both, in order of time."""
+        """The sightings of both, in order of time."""
         both = (np.concatenate([getattr(self, one.name), getattr(other, one.name)]) for one in fields(self)[1:])
         every = Sightings(self.levels, *both)
         return every.subset(np.lexsort((every.event, every.start)))

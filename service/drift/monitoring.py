@@ -316,7 +316,7 @@ def _goes_on(
     fitted: Mapping[Name, Baseline],
     periods: Sequence[ReferencePeriod],
 ) -> bool:
-    """Whether the measurements of the changed events are enough: they leave every baseline as it is."""
+    """True if the measurements of the changed events are enough: they leave every baseline as it is."""
     if len(changed) > CHANGED_AT_MOST:
         return False
     starts = [of[event][1] for of in (analyses, state.analyses) for event in changed if event in of]

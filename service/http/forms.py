@@ -114,7 +114,7 @@ class PostedFiles(Generic[Wanted]):
 
     form: Posted[Wanted]
     files: tuple[SentFile, ...]
-    """Those that were chosen."""
+    """Files that were chosen."""
 
 
 def posted_with_files(model: type[Wanted], most: int) -> Callable[[Request], Coroutine[Any, Any, PostedFiles[Wanted]]]:

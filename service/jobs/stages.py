@@ -103,7 +103,7 @@ class Running:
     started: float = field(default_factory=time.monotonic)
     """Monotonic s when its first stage started."""
     trace: Work = field(default_factory=Work)
-    """Of the job."""
+    """Trace of the job."""
 
     @property
     def stage(self) -> Stage:

@@ -85,7 +85,7 @@ class Worker:
     is_warm: bool = False
     """True once the processes were warmed, until they are ended."""
     first_warmed: Future[None] | None = None
-    """Of the one process that is warmed before the others."""
+    """Result of the one process that is warmed before the others."""
     trouble: str | None = None
     """Obstacle to the executor's computing at the last look."""
     extended_at: float | None = None

@@ -184,7 +184,7 @@ class _Messages:
             self._ranked.setdefault(key, []).append(ranked)
 
     def like(self, text: str) -> Iterator[Message]:
-        """Those that may fit a text."""
+        """Messages that may fit a text."""
         keys = {(text[:KEY], ""), ("", text[-KEY:]), ("", "")}
         found = merge(*(self._ranked.get(key, ()) for key in keys), key=itemgetter(0))
         return (message for _, message in found)

@@ -50,7 +50,7 @@ class Picture:
     title: str
     caption: str
     spec: Mapping[str, Any]
-    """Of Vega-Lite."""
+    """Specification for Vega-Lite."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

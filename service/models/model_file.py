@@ -96,7 +96,7 @@ class ModelFile:
 
     @property
     def directions(self) -> tuple[Direction, ...]:
-        """Those the model holds in."""
+        """Directions that the model holds in."""
         return ("x", "y") if self.direction == "xy" else (self.direction,)
 
 

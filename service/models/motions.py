@@ -29,7 +29,7 @@ class Component:
     """One component of a ground motion, from one file."""
 
     name: str
-    """Of the file, without its suffix."""
+    """Name of the file, without its suffix."""
     station: str
     """Network and station, which components of one motion share."""
     direction: Direction

@@ -154,7 +154,7 @@ class DiagnosisPicture(Base):
     caption: Mapped[str] = mapped_column(Text)
     svg: Mapped[str | None] = mapped_column(Text, deferred=True)
     spec: Mapped[dict[str, Any] | None] = mapped_column(deferred=True)
-    """Of Vega-Lite, with its data."""
+    """Specification for Vega-Lite, with its data."""
     is_live: Mapped[bool] = column_property(spec.is_not(null()))
     """True if it has a specification."""
     diagnosis: Mapped[ModelDiagnosis] = relationship(back_populates="pictures")

@@ -54,7 +54,7 @@ class Claim:
     tries: int
     """Attempts since it was put into the outbox or replayed, this one included."""
     lost: int
-    """Those of them whose process died: they say nothing of the recipient."""
+    """Number of them whose process died: they say nothing of the recipient."""
     is_repeat: bool
     """True if an earlier attempt may have arrived."""
     receiver: str

@@ -98,8 +98,8 @@ class StreamState(Base):
     problem: Mapped[str | None] = mapped_column(Text)
     """Why the last of these could not."""
     channels: Mapped[dict[str, Any]]
-    """Of each channel, by id: `reached`, `arrived`, `gaps`, `missing` and `has_sent`, as service.records.streams.flow
-    writes it."""
+    """Flow of each channel, by id: `reached`, `arrived`, `gaps`, `missing` and `has_sent`; see
+    service.records.streams.flow."""
     looked: Mapped[int] = mapped_column(BigInteger)
     """Id of the last packet that the trigger has seen."""
     shaking: Mapped[list[dict[str, Any]]]
@@ -154,7 +154,7 @@ class Recording(Base):
     version: Mapped[str | None]
     """Version of the code that read it, or failed."""
     start: Mapped[datetime | None]
-    """Of what was read; None if it was refused, unless as of the future: then it is read again once that is past."""
+    """Start of its samples; None if it was refused. If it was refused as of the future, it is read again after it."""
     end: Mapped[datetime | None]
     content: Mapped[Content | None] = relationship()
     building: Mapped[Building] = relationship()

@@ -37,7 +37,7 @@ class BuildingYear:
     """Time as of which alerts are open; None: now, because the year is not over."""
 
     def holds(self, column: InstrumentedAttribute[datetime]) -> ColumnElement[bool]:
-        """Whether a time lies in the year."""
+        """Condition that a time lies in the year."""
         return (column >= self.start) & (column < self.end)
 
     def events(self, query: Question) -> Question:

@@ -37,7 +37,7 @@ class CheckLine:
     bar: str
     """SVG; empty where there is no value or no limit."""
     settles: str
-    """What is unclear about it, and what settles it; empty where nothing is."""
+    """The open question and what settles it; empty where nothing is open."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,7 +76,7 @@ class YearReport:
     headline: str
     """The verdict on the building now, with its first reason."""
     basis: str
-    """Whether it is automatic, or rests on an inspection."""
+    """Its basis in words: automatic, or an inspection."""
     summary: tuple[Fact, ...]
     earthquakes: tuple[EarthquakeLine, ...]
     alerts: tuple[AlertLine, ...]

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 FORMAT = "menshin-building"
 VERSION = 1
-"""Of this layout; the tables' is the revision of the database."""
+"""Version of this layout; that of the tables is the revision of the database."""
 MANIFEST = "manifest.json"
 NAME = re.compile(r"tables/([a-z_]{1,60})\.jsonl|files/([0-9a-f]{64})", re.ASCII)
 LONGEST = 256 * 2**20
@@ -107,7 +107,7 @@ class Archive:
     zip: ZipFile
     manifest: Manifest
     digests: tuple[str, ...]
-    """Of the original files."""
+    """SHA-256 of the original files."""
 
     def rows(self, table: str) -> Iterator[dict[str, Any]]:
         """The rows of a table.

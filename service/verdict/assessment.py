@@ -185,9 +185,9 @@ class Facts:
     data_problems: tuple[str, ...] | Lacking
     """Warnings and fatal findings of the data quality checks, or why they have not been made."""
     sensor_problems: tuple[str, ...] | Lacking
-    """Those about single sensors."""
+    """Problems of single sensors."""
     clock_problems: tuple[str, ...] | Lacking
-    """Those about clocks."""
+    """Problems of clocks."""
     alerts: tuple[OpenAlert, ...]
     inspection: SignedInspection | None = None
     """The latest of the building; None where there is none, and in the verdict on an earthquake."""

@@ -84,7 +84,7 @@ class Tally:
 
     every: Counter[Level]
     found: Counter[Level]
-    """Those that were wanted."""
+    """Numbers of buildings by wanted level."""
     extent: Extent | None
     """Extent of the wanted buildings that have coordinates; None if none has."""
 
@@ -112,7 +112,7 @@ class Spot:
     """The worst of its buildings."""
     code: str
     name: str
-    """Of the first building of that level, by code."""
+    """Name of the first building of that level, by code."""
     north: float
     east: float
     """Mean latitude and longitude."""

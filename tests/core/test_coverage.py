@@ -32,7 +32,7 @@ def test_the_force_of_an_event_with_coloured_noise(truth: str, peak: float, nois
 @pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 def test_the_force_by_static_interpolation(noise: float) -> None:
-    """And the displacement from accelerations alone."""
+    """The displacement comes from accelerations alone."""
     covered = coverage(Case("finer storeys", "Kobe", WEAK, noise, 1), "cms", transducer=False)
     assert LOW <= covered.force.inside <= HIGH
     assert LOW <= covered.strong.inside <= HIGH

@@ -78,7 +78,7 @@ def texts_of(given: object) -> Iterator[str]:
 
 
 SHOWN_STILL = "main, figure.chart > img:not(details:not([open]) img)"
-"""What a page shows without JavaScript, unless a person opens more."""
+"""Parts of a page that are visible without JavaScript, unless a person opens more."""
 
 
 def looked_at(browser: Browser, address: str, names: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
@@ -164,7 +164,7 @@ def manage(browser: Browser, address: str, width: int, language: Language) -> No
 
 
 def choose(form: Locator) -> None:
-    """Of the earthquakes to be fitted only those that moved the layer furthest: fewer take less time."""
+    """Fit only the earthquakes that moved the layer furthest: fewer take less time."""
     form.locator("summary").click()
     fitted = [row for row in form.locator("tbody tr").all() if row.locator("input[value=fit]").is_checked()]
     fitted.sort(key=lambda row: float(row.locator("td.number").inner_text()))

@@ -69,7 +69,7 @@ def test_the_building_is_undecided_until_its_baseline_stands_and_then_normal(tmp
 
 
 def final_verdict(address: str) -> dict[str, Any] | None:
-    """Of the building, once nothing is provisional."""
+    """Verdict on the building, once nothing is provisional."""
     verdict: dict[str, Any] = httpx.get(f"{address}/api/v1/buildings/DEMO/verdict").json()
     return None if verdict["is_provisional"] else verdict
 

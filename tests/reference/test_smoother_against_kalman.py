@@ -30,7 +30,7 @@ CASES = [
 
 @cache
 def calibrated_structure(motion: str, noise: float) -> Superstructure:
-    """That by which the product's smoother smooths."""
+    """The superstructure that the product's smoother uses."""
     s = estimator_input(recorded(CUT, motion, noise, seed=0))
     design, lines = Design.of(s.floor_mass, s.storey_stiffness, s.measured), spectral_lines(s)
     return best_hypothesis(within(lines, CALIBRATED), design, free_vibration_bound(s, lines)).calibration.structure

@@ -183,7 +183,7 @@ def test_systemd_accepts_the_units_and_finds_them_confined(unit: str, tmp_path: 
 
 HEADS = ("compose.yaml", "kubernetes/menshin.yaml", "systemd/menshin.service", "systemd/menshin@.service")
 NEEDED = {"login", "key create NAME --role admin", "building add FILE", "doctor"}
-"""What every installation needs after its start."""
+"""Commands that every installation needs after its start."""
 IN_TEXT = re.compile(r"^ *(?:docker compose .* api |kubectl .* -- )?menshin (\w[^<\n]*)", re.MULTILINE)
 AS_SERVICE = re.compile(r"^menshin\(\) \{\n  systemd-run (.*?) \S+/menshin \"\$@\"\n\}$", re.MULTILINE | re.DOTALL)
 

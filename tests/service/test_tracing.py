@@ -55,7 +55,7 @@ def attributes(span: Span) -> dict[str, str | int]:
 
 @pytest.fixture(scope="module")
 def traced(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Span], bytes]:
-    """What a process that polls, analyses, delivers and answers has sent."""
+    """Spans sent by a process that polls, analyses, delivers and answers."""
     import databases
 
     folder = tmp_path_factory.mktemp("traced")

@@ -1,4 +1,4 @@
-"""What everybody needs of a page in a browser: axe's rules in both themes, and no sideways scrolling."""
+"""Accessibility of a page in a browser: axe's rules in both themes, and no sideways scrolling."""
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
@@ -10,7 +10,7 @@ HEIGHT = 800
 
 
 ONLY_COLOURS = {"runOnly": ["color-contrast"], "resultTypes": ["violations"]}
-"""What a second theme may change."""
+"""Rules whose result a second theme may change."""
 
 AT_REST = """Promise.all(
     document.getAnimations()

@@ -1,4 +1,4 @@
-"""How much of what happened lies within the 95 % bands of an analysis, and how wide are they?"""
+"""Coverage and width of an analysis' 95 % bands."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -62,11 +62,11 @@ class Truth:
     pink: float = 0.0
     """Share of the noise's power that falls with frequency as 1/f."""
     other_motions: bool = False
-    """Whether the ground moves as in one of 72 other records."""
+    """True if the ground moves as in one of 72 other records."""
     cut: bool = False
-    """Whether the record begins and ends in motion."""
+    """True if the record begins and ends in motion."""
     mass_uncertainty: float = 0.0
-    """Of every level, that the engineer gives."""
+    """Relative uncertainty of every level's mass, as the engineer gives it."""
 
 
 def another_building(draw: int) -> LinearSuperstructure:
@@ -129,10 +129,10 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """Of samples, or of cycles, within the 95 % band."""
+    """Share of samples, or of cycles, within the 95 % band."""
 
     inside: float
-    """Of 1."""
+    """Share within the band, from 0 to 1."""
     width: float
     """Root mean square of the standard deviation, over that of what happened."""
     error: float
@@ -145,11 +145,11 @@ class Coverage:
 
     force: Share
     strong: Share
-    """Of the force, in strong motion."""
+    """Share of the force, in strong motion."""
     displacement: Share | None
     cycles: int
     k_inside: int
-    """Of the cycles, by the describing function of the layer's law."""
+    """Number of cycles within, by the describing function of the layer's law."""
     c_inside: int
 
 
@@ -166,7 +166,7 @@ class ExactResponse:
 
 @cache
 def exact_response(name: str, motion: str, peak: float, draw: int) -> ExactResponse:
-    """What a ground motion of that peak does."""
+    """Exact response to a ground motion of that peak."""
     truth = TRUTHS[name]
     if truth.other_motions:
         index = [*MOTIONS].index(motion) + len(MOTIONS) * draw
@@ -257,7 +257,7 @@ def _demonstration_force(base: Vector, floors: Matrix, measured: Sequence[int]) 
 
 
 def share(truth: Vector, estimate: Vector, std: Vector) -> Share:
-    """Of an estimate."""
+    """Share of an estimate within its band."""
     scale, error = float(np.sqrt(np.mean(truth**2))), np.abs(estimate - truth)
     within = float(np.mean(error <= STANDARD_DEVIATIONS * std))
     return Share(within, float(np.sqrt(np.mean(std**2))) / scale, float(np.sqrt(np.mean(error**2))) / scale)

@@ -1,4 +1,4 @@
-"""What is left in English of a page in Japanese."""
+"""English text in a page in Japanese."""
 
 import re
 from collections.abc import Iterable

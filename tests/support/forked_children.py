@@ -22,7 +22,7 @@ from threading import Lock
 CHILDREN = {"service.parsing.child": "parser", "loky.backend.popen_loky_posix": "pool child"}
 """Modules that commands start as children, and the names of such processes."""
 IMPORTED = (*CHILDREN, "obspy.io.mseed.core", "core.analysis", "service.jobs.child", "loky.process_executor")
-"""What they import."""
+"""Modules that they import."""
 NURSERY = "nursery"
 """Name of the process that children are copied from."""
 LARGEST = 1 << 17

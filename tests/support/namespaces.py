@@ -17,7 +17,7 @@ class Namespace:
     """A network with one other machine, as it were."""
 
     address: str
-    """Of this side, as the other one sees it."""
+    """Address of this side, as the other one sees it."""
     there: str
     """Address of the other side."""
     inside: tuple[str, ...]

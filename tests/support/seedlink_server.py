@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 ABILITIES = ("dialup", "multistation", "info:id", "info:capabilities", "info:stations")
-"""Those of version 3."""
+"""Abilities of version 3."""
 INFO_RECORD = 512
 """Bytes of a record that carries an answer to INFO in version 3."""
 

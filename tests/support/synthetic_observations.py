@@ -59,7 +59,7 @@ def _observation(
     seconds: float,
     states: Vector | None,
 ) -> tuple[Observation, Vector]:
-    """And the layer's states at its end."""
+    """The observation, and the layer's states at its end."""
     u, v = motion(peak, rng, seconds)
     start = REFERENCE + timedelta(days=30 * number)
     across, across_rate = motion(0.7 * peak, rng, seconds)

@@ -33,7 +33,7 @@ class Mark:
     text: str
     address: str
     level: Level | None = None
-    """Of an earthquake."""
+    """Level of an earthquake."""
     until: float | None = None
     """End of an alert, in units of the drawing."""
 

@@ -15,7 +15,7 @@ HEIGHT = 300
 ERROR = "error (% of the force)"
 PERCENT = 100.0
 COLOURS = (BLUE, GREY, INK)
-"""Of the earthquakes left out, in their order; of more than these, one line shows all."""
+"""Colours of the earthquakes left out, in their order; of more than these, one line shows all."""
 ALL = "all left out in turn"
 
 

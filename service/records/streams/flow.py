@@ -17,7 +17,7 @@ SLACK = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """How one channel flows."""
+    """Flow of one channel."""
 
     reached: datetime
     """Time of its last sample; before the first, of the connection that first requested it."""

@@ -54,7 +54,7 @@ class Server:
     protocol: str
     """Version of SeedLink that it speaks: 3 or 4."""
     stations: frozenset[str]
-    """Those that were requested from it."""
+    """Stations that were requested from it."""
 
 
 class Connection:

@@ -84,7 +84,7 @@ def test_the_slip_is_found_where_the_misfit_has_several_minima() -> None:
 
 
 def test_the_score_is_what_a_small_amount_of_the_effect_changes() -> None:
-    """Of an effect with an amplitude the force for one unit of it, of one without the difference of two whole forces.
+    """For an effect with an amplitude the force of one unit; for one without, the difference of two whole forces.
 
     1e-8: the same numbers, added in another order.
     """

@@ -63,7 +63,7 @@ def test_other_values_of_the_same_effects_are_a_refit() -> None:
 
 @pytest.mark.accuracy
 def test_two_hidden_effects_are_both_named() -> None:
-    """And who waits hears of the first while the second is looked for."""
+    """The first is reported while the second is searched for."""
     hidden = {name: HIDDEN[name] for name in ("friction", "hardening")}
     reported: list[str] = []
     diagnosis = diagnosed(

@@ -33,7 +33,7 @@ def loud_below(frequency: float, factor: float) -> FitData:
 
 
 def leaving(share: Vector | float) -> Fit:
-    """That leaves this share of the power in each coefficient."""
+    """A fit that leaves this share of the power in each coefficient."""
     residual = base().residual * np.sqrt(share)
     return replace(base(), residual=residual, chi_square=float(residual @ residual))
 

@@ -133,7 +133,7 @@ def test_the_mean_of_two_directions_goes_on_from_its_state(loss: float) -> None:
 
 @pytest.mark.parametrize("is_correlated", [False, True])
 def test_screening_gives_the_statistics_of_all_onsets(is_correlated: bool) -> None:
-    """What is screened stays below the thresholds by the full statistics, and what the rules saw is the same."""
+    """Screened onsets stay below the thresholds by the full statistics, and the rules saw the same."""
     known, quiet = quantity("stiffness"), 0
     for seed in range(16):
         monitoring = monitor(series(history(PLAN, seed)))

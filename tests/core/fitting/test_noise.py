@@ -28,7 +28,7 @@ def test_a_right_model_has_a_ratio_of_one() -> None:
 
 
 def test_the_noise_of_the_samples_is_that_of_the_frequencies() -> None:
-    """Also where it grows in the course of the record."""
+    """Noise that grows during the record is included."""
     one = layer_observation(1)
     growing = one.layer.force_std * np.linspace(1.0, 3.0, one.layer.force.size)
     noise = force_noise(replace(one, layer=replace(one.layer, force_std=growing)))

@@ -92,7 +92,7 @@ def test_a_linear_building_answers_as_its_matrices_do() -> None:
 
 
 def test_the_interval_is_that_of_the_exact_derivative() -> None:
-    """Of a stiffness known to 3 % and a damping known to 10 %, the peaks' deviation by the exact response's slopes."""
+    """Deviation of the peaks by the exact response's slopes; stiffness known to 3 %, damping to 10 %."""
     ground, levels = followed(MOTION.accelerations["x"]), [level.name for level in paper().levels[1:]]
     keys = (("elastic", "k_b"), ("viscous", "c_b"))
     spread = Spread(keys, np.diag([0.03, 0.10]), np.ones(2), (True, True))

@@ -28,7 +28,7 @@ def motion(rng: np.random.Generator, centre: float) -> Vector:
 
 
 def roof(base: Vector, first: float) -> Vector:
-    """That of a superstructure of one mode, 2 % damped."""
+    """Roof acceleration of a superstructure of one mode, 2 % damped."""
     ω_1 = 2 * np.pi * first
     transfer = 1 + 1.27 * ω**2 / (ω_1**2 - ω**2 + 2j * 0.02 * ω * ω_1)
     return np.fft.irfft(np.fft.rfft(base) * transfer, COUNT)

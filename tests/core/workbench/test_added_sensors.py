@@ -54,7 +54,7 @@ def today() -> EventAnalysis:
 
 @pytest.fixture(scope="module")
 def found(today: EventAnalysis) -> AddedSensors:
-    """Of one record."""
+    """Added sensors by one record."""
     return core.added_sensors([today], described())
 
 

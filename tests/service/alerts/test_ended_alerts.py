@@ -207,7 +207,7 @@ CHANGES: dict[str, Callable[[Session, Building, Event], None]] = {
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_what_changes_later_is_reported_all_the_same(session: Session, of: Building, change: str) -> None:
-    """And nothing is left that the event's own message, written by itself, would report."""
+    """Nothing is left that the event's own message, written by itself, would report."""
     event = [ended(session, of, number) for number in (1, 2)][-1]
     CHANGES[change](session, of, event)
     session.flush()

@@ -103,7 +103,7 @@ def test_a_round_without_news_takes_the_same_number_of_statements_for_any_number
 
 
 def test_a_poller_that_starts_checks_only_what_changed_since_the_last_one(sessions: sessionmaker[Session]) -> None:
-    """Of 30 buildings one is silenced, and another has news, after the last round of the poller before."""
+    """Among 30 buildings one is muted, and another has news, after the last round of the previous poller."""
     last: dict[int, Checked] = {}
     text = monitored_building.building_file(Path("/nowhere"))
     with sessions.begin() as session:

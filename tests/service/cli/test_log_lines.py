@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def json_lines() -> Iterator[StringIO]:
-    """What the service logs, as JSON."""
+    """The service's log, as JSON."""
     written = StringIO()
     handler = logging.StreamHandler(written)
     handler.setFormatter(logs.JsonLine())

@@ -53,7 +53,7 @@ REFUSALS = {
     "full": (("PRAGMA max_page_count = 1", "PRAGMA max_page_count = 4294967294"), "is on a full disk"),
     "read-only": (("PRAGMA query_only = ON", "PRAGMA query_only = OFF"), "is read-only"),
 }
-"""What makes SQLite refuse, what ends it, and SQLite's own words. The smallest number of pages is what the file has."""
+"""Statements that make SQLite refuse and that end it, and its own words. The smallest number of pages is the file's."""
 
 
 class Refusing:

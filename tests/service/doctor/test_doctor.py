@@ -68,7 +68,7 @@ def examination(url: str, timeout: float = 10.0, **other: object) -> tuple[Findi
 
 
 def bad(findings: tuple[Finding, ...]) -> dict[str, str]:
-    """What is wrong, by check; every fault comes with a remedy."""
+    """Faults, by check; every fault comes with a remedy."""
     found = [one for one in findings if one.state in (State.WRONG, State.UNKNOWN)]
     assert all(one.helps for one in found)
     return {one.check: one.found for one in found}

@@ -46,7 +46,7 @@ def panels() -> Iterator[tuple[str, str]]:
 
 
 def expressions() -> tuple[str, ...]:
-    """Of the rules; one that goes over several lines is written behind `>-`."""
+    """Expressions of the rules; one that goes over several lines is written behind `>-`."""
     text = (FOLDER / "alerts.yaml").read_text("utf-8")
     found = re.findall(r"^ +expr: (?:>-\n)?((?:.+\n)(?: {10,}.+\n)*)", text, re.MULTILINE)
     assert len(found) == text.count("- alert:")

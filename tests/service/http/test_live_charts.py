@@ -309,7 +309,7 @@ COUNT = f"""() => {{
 
 
 def soon(page: Page, domain: str, holds: Callable[[list[float]], bool]) -> list[float]:
-    """What a script says that an axis shows, once something holds of it, which must be within 10 s."""
+    """Domain of an axis by a script, as soon as a condition holds of it, within 10 s."""
     found: list[float]
     end = monotonic() + 10.0
     while not holds(found := page.evaluate(domain)):

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 PATIENCE = 240.0
 """s, on a machine with other work: two processes import everything."""
 FILES = 240
-"""That the API's process may open."""
+"""Number of files that the API's process may open."""
 
 
 def until(met: Callable[[], object], why: Callable[[], str]) -> object:

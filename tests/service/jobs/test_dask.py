@@ -95,7 +95,7 @@ def elsewhere() -> Iterator[tuple[str, tuple[str, ...]]]:
 
 @pytest.fixture(scope="module")
 def address(elsewhere: tuple[str, tuple[str, ...]], tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Of a scheduler whose one worker is in another network namespace, where that can be."""
+    """Address of a scheduler whose one worker is in another network namespace, where that is possible."""
     folder, (host, before) = tmp_path_factory.mktemp("dask"), elsewhere
     found = f"tcp://{host}:{free_port(0)}"
     with scheduler(folder, found), worker(folder, found, before=before):

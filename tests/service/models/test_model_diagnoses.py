@@ -36,7 +36,7 @@ def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> I
 
 
 def test_a_linear_model_lacks_hysteresis(api: TestClient, sessions: sessionmaker[Session]) -> None:
-    """And the page of that, which is as costly to come by as the diagnosis is."""
+    """The diagnosis and its page in one test: both need the same costly diagnosis."""
     with sessions.begin() as session:
         of = {
             role: keys.create(session, role.name, role, monitored_building.NOW) for role in (Role.engineer, Role.viewer)

@@ -28,7 +28,7 @@ NOW = datetime(2024, 1, 1, tzinfo=UTC)
 
 @dataclass(slots=True)
 class Clock:
-    """That stands until it is moved."""
+    """A clock that stands until it is moved."""
 
     now: datetime = NOW
 

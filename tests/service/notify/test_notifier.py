@@ -38,7 +38,7 @@ PATIENCE = RetryPolicy(attempts=3, delay=timedelta(seconds=10), longest=timedelt
 
 @dataclass(slots=True)
 class Clock:
-    """That stands until it is moved."""
+    """A clock that stands until it is moved."""
 
     now: datetime = NOW
 

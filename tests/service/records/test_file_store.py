@@ -66,7 +66,7 @@ def poll(sessions: sessionmaker[Session], settings: Settings) -> bool:
 
 
 def where(sessions: sessionmaker[Session]) -> list[tuple[bool, int]]:
-    """Of every original file, whether it is outside, and the bytes in the database."""
+    """For each original file: True if it is outside, and its bytes in the database."""
     with sessions() as session:
         rows = session.scalars(select(Content).options(undefer(Content.data)))
         return [(one.is_outside, len(one.data)) for one in rows]

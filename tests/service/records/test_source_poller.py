@@ -204,7 +204,7 @@ def test_what_is_rejected_for_another_reason_has_no_times_and_is_not_read_again(
 
 
 def test_a_poller_that_is_to_stop_leaves_the_other_files_to_the_next_poll(sessions: sessionmaker[Session]) -> None:
-    """Also at the start of a poll, where files of an interrupted one are waiting."""
+    """This holds at the start of a poll too, where files of an interrupted one are waiting."""
     with sessions.begin() as session:
         building = building_store.add(session, building_file("folder", "/nowhere"), Path("/"), NOW)
         for number in range(3):

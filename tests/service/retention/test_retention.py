@@ -37,7 +37,7 @@ def analysed_twice(sessions: sessionmaker[Session]) -> None:
 
 
 def of(kind: str, found: Sequence[pruning.Prunable]) -> pruning.Prunable:
-    """What is said of one kind."""
+    """Result for one kind."""
     (one,) = (one for one in found if one.kind.startswith(kind))
     return one
 

@@ -116,7 +116,7 @@ def imported(sessions: sessionmaker[Session], data: bytes, folder: Path, storage
 
 
 def answers(url: str) -> dict[str, Any]:
-    """What the API says about the building, by path."""
+    """Answers of the API about the building, by path."""
     found: dict[str, Any] = {}
     with client(url) as api:
 

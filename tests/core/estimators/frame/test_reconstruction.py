@@ -18,7 +18,7 @@ LAYOUT = DESIGN.layout
 SAMPLES = 1501
 """Odd: the spectrum has no line that is real whatever its delay."""
 GAIN, LATE = 1.3, 0.04
-"""And s, of all channels."""
+"""Gain and delay (s) of all channels."""
 
 
 def cut(seed: int) -> Lines:

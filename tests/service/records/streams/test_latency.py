@@ -35,7 +35,7 @@ def latency(sessions: sessionmaker[Session], now: datetime) -> float:
 
 
 def cells(page: str, channel: str) -> list[str]:
-    """What the page's table says of a channel, without tags."""
+    """Cells of a channel's row in the page's table, without tags."""
     (row,) = re.findall(rf'<tr><td class="name">{re.escape(channel)}(<td.*)', page)
     return [re.sub("<[^>]*>", "", cell) for cell in row.split("<td")[1:]]
 

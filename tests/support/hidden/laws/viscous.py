@@ -7,7 +7,7 @@ from numba import njit
 from hidden.law import Law
 
 HALVINGS = 60
-"""Of the range of a braced damper's force, to below rounding."""
+"""Halvings of the range of a braced damper's force, to below rounding."""
 
 
 def power(p, s, s1, step, past):
