@@ -9,10 +9,8 @@ the queue; no worker runs. The exit code is 1 if a file was rejected or lost.
 """
 
 import json
-import os
-import subprocess
-import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler
@@ -24,11 +22,11 @@ from typing import Annotated
 import psutil
 import typer
 from obspy import Stream
-from sqlalchemy import func, select, text
+from sqlalchemy import Engine, func, select, text
 from sqlalchemy.orm import Session, sessionmaker
 
-from benchmarks import city
-from benchmarks.flood import COMMAND, GREAT
+from benchmarks import city, commands
+from benchmarks.flood_parts import GREAT
 from service.buildings import store as building_store
 from service.db import migrate, sessions as database
 from service.demo.earthquakes import Earthquake, recorded
@@ -38,6 +36,8 @@ from service.records.tables import Event, Recording
 
 NAME = "great.mseed"
 """Name of the new file of every building."""
+SETTINGS = {"POLLING__SETTLE_TIME": "0", "EVENT__GRACE": "0", "POLLING__INTERVAL": "60"}
+"""Settings of the pollers."""
 LONGEST = 3600.0
 """s until a run is given up."""
 RECORD = 512
@@ -80,12 +80,20 @@ class TakenIn:
         )
 
 
-def great_record(day: datetime) -> bytes:
-    """The miniSEED of an earthquake at a time."""
+def great_record(day: datetime, peak: float = 0.7, silent: Collection[str] = ()) -> bytes:
+    """The miniSEED of an earthquake.
+
+    Args:
+        day: when it reaches the building.
+        peak: m/s², of the ground.
+        silent: ids of channels that record zeros.
+    """
     motion, written = recorded()[0], BytesIO()
-    Stream(record(Earthquake(2, day, motion.name, 0.7, 5e4), motion, BY_DESIGN, 2)).write(
-        written, format="MSEED", reclen=RECORD
-    )
+    traces = Stream(record(Earthquake(2, day, motion.name, peak, 5e4), motion, BY_DESIGN, 2))
+    for one in traces:
+        if one.id in silent:
+            one.data[:] = 0
+    traces.write(written, format="MSEED", reclen=RECORD)
     return written.getvalue()
 
 
@@ -118,63 +126,53 @@ def sources(template: bytes) -> type[BaseHTTPRequestHandler]:
     return Handler
 
 
+def described() -> str:
+    """A building file with the gain of each channel: a station's file is not needed."""
+    text = city.described(city.NOWHERE)
+    for one in SENSORS:
+        text = text.replace(f'id = "{one.id}"', f'id = "{one.id}"\ngain = {one.resolution!r}')
+    return text
+
+
 def prepare(url: str, count: int, source: str, now: datetime) -> None:
     """Fill a new database with buildings whose source has a new file."""
     migrate.upgrade(url)
     sessions = database.sessions(url)
     city.received(sessions, city.NOWHERE, now, now - timedelta(days=1))
-    described = city.described(city.NOWHERE)
-    for one in SENSORS:
-        described = described.replace(f'id = "{one.id}"', f'id = "{one.id}"\ngain = {one.resolution!r}')
     with sessions.begin() as session:
-        building_store.update_description(session, described, Path("/"), now)
+        building_store.update_description(session, described(), Path("/"), now)
     engine = sessions.kw["bind"]
     city.repeat(engine, count)
+    give_sources(engine, source)
+    engine.dispose()
+
+
+def give_sources(engine: Engine, source: str) -> None:
+    """Give each building the folder with its code on a server as its source."""
     with engine.begin() as connection:
         for column in ("toml", "parsed"):
             own = f"replace({column}, '{city.NOWHERE}', :source || building.code || '/')"
             moved = f"UPDATE revision SET {column} = {own} FROM building WHERE building.id = revision.building_id"
             connection.execute(text(moved), {"source": source})
-    engine.dispose()
 
 
 def taken_in(url: str, pollers: int, count: int, day: datetime, server: psutil.Process) -> TakenIn:
     """Take in all files with so many pollers."""
     sessions = database.sessions(url)
-    own = {
-        "MENSHIN_DATABASE_URL": url,
-        "MENSHIN_POLLING__SETTLE_TIME": "0",
-        "MENSHIN_EVENT__GRACE": "0",
-        "MENSHIN_POLLING__INTERVAL": "60",
-    }
-    with tempfile.TemporaryDirectory(prefix="menshin-arrivals-") as folder:
+    with ExitStack() as stack:
         clock = perf_counter()
-        running = [
-            subprocess.Popen([*COMMAND, "poll"], cwd=folder, env=os.environ | own, stderr=subprocess.DEVNULL)
-            for _ in range(pollers)
-        ]
-        try:
-            while not (first := read(sessions)) and perf_counter() - clock < LONGEST:
-                sleep(0.1)
-            starting, start, of_server = perf_counter() - clock, processor_time(running), city.processor_time(server)
-            while queued(sessions, day) < count and perf_counter() - clock < LONGEST:
-                sleep(0.2)
-            clock, spent = perf_counter() - clock, processor_time(running) - start
-            of_server = city.processor_time(server) - of_server
-        finally:
-            for one in running:
-                one.terminate()
-            for one in running:
-                one.wait()
+        running = [stack.enter_context(commands.running(url, "poll", **SETTINGS)) for _ in range(pollers)]
+        while not (first := read(sessions)) and perf_counter() - clock < LONGEST:
+            sleep(0.1)
+        starting, start, of_server = perf_counter() - clock, commands.used(running), city.processor_time(server)
+        while queued(sessions, day) < count and perf_counter() - clock < LONGEST:
+            sleep(0.2)
+        clock, spent = perf_counter() - clock, commands.used(running) - start
+        of_server = city.processor_time(server) - of_server
     with sessions() as session:
         faults = tuple(lost(session, count, day))
     sessions.kw["bind"].dispose()
     return TakenIn(pollers, count, clock, starting, first, start, spent, of_server, faults)
-
-
-def processor_time(running: Sequence[subprocess.Popen[bytes]]) -> float:
-    """s of processor time of pollers and their processes."""
-    return sum(city.processor_time(psutil.Process(one.pid)) for one in running)
 
 
 def read(sessions: sessionmaker[Session]) -> int:

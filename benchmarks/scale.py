@@ -4,7 +4,9 @@
 
 A database of so many buildings is made in a temporary folder (`benchmarks/city.py`). Seconds are of processor time of
 this process unless they are said to be of the clock; the time of a PostgreSQL server is not in them. After an answer it
-is given by itself, in steps of 10 ms divided by the number of requests.
+is given by itself, in steps of 10 ms divided by the number of requests. Times of the clock of pages and answers are
+those of one client alone, and of four at once (`--clients`): together they request each 40 times (`--requests`) from
+`menshin api`, one after the other has been answered.
 """
 
 import gc
@@ -15,10 +17,12 @@ import shutil
 import tempfile
 import warnings
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from http.server import BaseHTTPRequestHandler
 from multiprocessing.queues import Queue
 from pathlib import Path
@@ -26,7 +30,9 @@ from threading import Event as Signal, Thread
 from time import perf_counter, process_time, sleep
 from typing import Annotated, Any
 
+import httpx
 import numpy as np
+import psutil
 import typer
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
@@ -35,14 +41,17 @@ from sqlalchemy.orm import Session, sessionmaker
 
 warnings.simplefilter("ignore")
 
-from benchmarks import city  # noqa: E402
+from benchmarks import city, commands  # noqa: E402
 from benchmarks.pages import LOCAL, more_events  # noqa: E402
-from service.access.auth import Caller, Role  # noqa: E402
+from core.arrays import Vector  # noqa: E402
+from service.access import keys  # noqa: E402
+from service.access.auth import Role  # noqa: E402
 from service.alerts import building_states, checked_buildings  # noqa: E402
 from service.alerts.checked_buildings import Checked, Known  # noqa: E402
 from service.alerts.periodic_checks import check_buildings  # noqa: E402
 from service.analyses.tables import Analysis  # noqa: E402
 from service.db import migrate, sessions as database  # noqa: E402
+from service.demo.server import free_port  # noqa: E402
 from service.drift import monitoring  # noqa: E402
 from service.jobs.queue import WATCH, Claim  # noqa: E402
 from service.jobs.tables import Job  # noqa: E402
@@ -54,11 +63,21 @@ from service.verdict import levels  # noqa: E402
 
 SIZES = (10, 100, 1_000)
 HISTORIES = (10, 60, 300)
-REQUESTS = 6
-"""Of each address, each about another building."""
+REQUESTS = 5
+"""Of each address, one by one, each about another building."""
 PORT = 48_123
 """Port of the monitoring server, fixed because kept databases name it."""
 PARTS = ("round", "poller", "pages", "api", "drift")
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """Requests for pages and answers."""
+
+    clients: int
+    """Number of clients, each with one request at a time."""
+    requests: int
+    """Number of requests for each address."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,61 +264,115 @@ LEFT_OUT = ("pdf", "progress", "/report.html", "/reports/", "openapi", "docs")
 
 def application(url: str) -> FastAPI:
     """The application as the server of the API starts it."""
-    app: FastAPI = loaded().create(Settings(database_url=url), Caller("reader", Role.admin))
+    app: FastAPI = loaded().create(Settings(database_url=url))
     gc.freeze()
     return app
 
 
-def of_pages(url: str, count: int) -> Iterator[Taken]:
+def of_pages(url: str, count: int, load: Load) -> Iterator[Taken]:
     """Pages, metrics, readiness and FDSN answers."""
-    app = application(url)
-    yield from answers(app, MORE, count)
+    yield from answers(url, application(url), MORE, count, load)
 
 
-def of_api(url: str, count: int) -> Iterator[Taken]:
+def of_api(url: str, count: int, load: Load) -> Iterator[Taken]:
     """Every answer of the API that reads."""
     app = application(url)
-    yield from answers(app, {path: path for path in sorted(app.openapi()["paths"]) if _is_read(app, path)}, count)
+    paths = {path: path for path in sorted(app.openapi()["paths"]) if _is_read(app, path)}
+    yield from answers(url, app, paths, count, load)
 
 
-def answers(app: FastAPI, paths: Mapping[str, str], count: int) -> Iterator[Taken]:
-    """Answers about one building each; p95 of the clock, and the mean of the server's processor time, in the note."""
-    sessions = app.state.sessions
-    address = sessions.kw["bind"].url
-    is_served = address.get_backend_name() == "postgresql"
-    server = city.server_process(address.render_as_string(hide_password=False)) if is_served else None
+def answers(url: str, app: FastAPI, paths: Mapping[str, str], count: int, load: Load) -> Iterator[Taken]:
+    """Answers about one building each.
+
+    Processor time and statements are those of requests one by one within this process. The times of the clock in the
+    note are those of one client alone and of all at once, at `menshin api` in a process of its own.
+    """
+    is_served = app.state.sessions.kw["bind"].url.get_backend_name() == "postgresql"
+    server, this = [city.server_process(url)] if is_served else [], psutil.Process()
+    with served(url, app.state.sessions, load.clients) as clients, TestClient(app, base_url=LOCAL) as within:
+        within.headers = clients[0].headers
+        for name, path in paths.items():
+            addresses = _addresses(app.state.sessions, path, count, load.requests + 1)
+            cpu, numbers = one_by_one(within, app.state.sessions.kw["bind"], addresses[: REQUESTS + 1])
+            first = clients[0].get(addresses[0])
+            notes = [f"{len(first.content) / 1e3:.0f} kB"]
+            for some in (clients[:1], clients):
+                begun, busy, own = perf_counter(), commands.busy(), commands.used([this])
+                of_server = commands.used(server)
+                clock, statuses = at_once(some, addresses[1:])
+                of_server, own = commands.used(server) - of_server, commands.used([this]) - own
+                others = (commands.busy() - busy - own - of_server) / (perf_counter() - begun)
+                half, most = 1e3 * np.quantile(clock, [0.5, 0.95])
+                notes.append(f"{len(some)} at once: p50 {half:.0f} ms, p95 {most:.0f} ms, {statuses}")
+                if server:
+                    notes[-1] += f", {1e3 * of_server / clock.size:.0f} ms of the server"
+                notes[-1] += f", all else used {max(others, 0.0):.1f} cores"
+            yield Taken(name, float(np.quantile(cpu, 0.95)), max(numbers), "; ".join(notes))
+
+
+def _addresses(sessions: sessionmaker[Session], path: str, count: int, requests: int) -> list[str]:
+    """Addresses of one kind, each about another building."""
     with sessions() as session:
         stride = session.scalar(select(func.count(Event.id)).where(Event.building_id == 1)) or 0
         day = session.scalar(select(func.max(Event.start)).where(Event.building_id == 1))
-    assert day is not None
-    with TestClient(app, base_url=LOCAL, client=("127.0.0.1", 50_000)) as client:
-        for name, path in paths.items():
-            clock, cpu, statuses, numbers, size, served = [], [], set(), [], 0, 0.0
-            for number in range(REQUESTS):
-                if number == 1 and server is not None:
-                    served = city.processor_time(server)
-                of = (number * 7919) % count
-                given = defaultdict(lambda: 1, VALUES) | {
-                    "code": f"B{of}" if of else "DEMO",
-                    "event_id": 1 + of * stride,
-                    "channel": f"XX.{f'B{of}' if of else 'DEMO'}.01.HNX",
-                    "day": f"{day:%Y-%m-%d}",
-                }
-                address = path.format_map(given)
-                address += "?" + QUERY[path] if path in QUERY else ""
-                with counting(sessions.kw["bind"]) as statements:
-                    begun, before = perf_counter(), process_time()
-                    answer = client.get(address)
-                    cpu.append(process_time() - before)
-                    clock.append(perf_counter() - begun)
-                statuses.add(answer.status_code)
-                numbers.append(len([one for one in statements if not re.match("BEGIN", one)]))
-                size = max(size, len(answer.content))
-            found = ",".join(map(str, sorted(statuses)))
-            p95 = f"p95 {1e3 * float(np.quantile(clock[1:], 0.95)):.0f} ms of the clock, {size / 1e3:.0f} kB, {found}"
-            if server is not None:
-                p95 += f", {1e3 * (city.processor_time(server) - served) / (REQUESTS - 1):.0f} ms of the server"
-            yield Taken(name, float(np.quantile(cpu[1:], 0.95)), max(numbers[1:]), p95)
+    query = "?" + QUERY[path] if path in QUERY else ""
+    found = []
+    for number in range(requests):
+        of = (number * 7919) % count
+        code = f"B{of}" if of else "DEMO"
+        own = {"code": code, "event_id": 1 + of * stride, "channel": f"XX.{code}.01.HNX", "day": f"{day:%Y-%m-%d}"}
+        found.append(path.format_map(defaultdict(lambda: 1, VALUES) | own) + query)
+    return found
+
+
+def one_by_one(client: TestClient, engine: Engine, addresses: Sequence[str]) -> tuple[list[float], list[int]]:
+    """s of processor time and number of statements of each request but the first."""
+    spent, numbers = [], []
+    for address in addresses:
+        with counting(engine) as statements:
+            before = process_time()
+            client.get(address)
+            spent.append(process_time() - before)
+        numbers.append(len([one for one in statements if not re.match("BEGIN", one)]))
+    return spent[1:], numbers[1:]
+
+
+def at_once(clients: Sequence[httpx.Client], addresses: Sequence[str]) -> tuple[Vector, str]:
+    """(requests,) s of the clock of each request where each client has one at a time, and the states of the answers."""
+
+    def asked(number: int) -> list[tuple[float, int]]:
+        found = []
+        for address in addresses[number :: len(clients)]:
+            begun = perf_counter()
+            answer = clients[number].get(address)
+            found.append((perf_counter() - begun, answer.status_code))
+        return found
+
+    with ThreadPoolExecutor(len(clients)) as pool:
+        every = [one for found in pool.map(asked, range(len(clients))) for one in found]
+    statuses = sorted({status for _, status in every})
+    return np.array([seconds for seconds, _ in every]), ",".join(map(str, statuses))
+
+
+@contextmanager
+def served(url: str, sessions: sessionmaker[Session], count: int) -> Iterator[list[httpx.Client]]:
+    """So many clients of `menshin api`, each with a key of its own; it answers."""
+    port = free_port(0)
+    with sessions.begin() as session:
+        names = [f"client {port}/{number}" for number in range(count)]
+        made = [keys.create(session, one, Role.admin, datetime.now(UTC)) for one in names]
+    base = {"base_url": f"http://127.0.0.1:{port}", "timeout": 60.0, "trust_env": False}
+    with commands.running(url, "api", PORT=str(port)), ExitStack() as stack:
+        clients = [stack.enter_context(httpx.Client(headers={"X-API-Key": key}, **base)) for key in made]
+        while not _answers(clients[0]):
+            sleep(0.2)
+        yield clients
+
+
+def _answers(client: httpx.Client) -> bool:
+    with suppress(httpx.TransportError):
+        return client.get("/healthz").is_success
+    return False
 
 
 def _is_read(app: FastAPI, path: str) -> bool:
@@ -367,10 +440,13 @@ def main(
     earthquakes: Annotated[int, typer.Option(help="Analysed earthquakes of each building.")] = 60,
     only: Annotated[list[str] | None, typer.Option(help=f"Parts: {', '.join(PARTS)}.")] = None,
     keep: Annotated[Path | None, typer.Option(help="Folder of SQLite files to use again, and to leave.")] = None,
+    clients: Annotated[int, typer.Option(help="Clients that request pages at the same time.")] = 4,
+    requests: Annotated[int, typer.Option(help="Requests for each page, of all clients together.")] = 40,
 ) -> None:
     """Lines of time and statements for each number of buildings."""
     parts = only or list(PARTS)
-    measures = {"round": of_round, "poller": of_poller, "pages": of_pages, "api": of_api}
+    pages, api = (partial(one, load=Load(clients, requests)) for one in (of_pages, of_api))
+    measures = {"round": of_round, "poller": of_poller, "pages": pages, "api": api}
     for count in buildings or SIZES:
         with ExitStack() as stack:
             folder = keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))

@@ -162,7 +162,7 @@ def _every_sum() -> Question:
 def _shares() -> Question:
     """(id, building_id, start, is_inspected) of every earthquake, and its share in each sum."""
     x, y = (aliased(DirectionResult) for _ in DIRECTIONS)
-    since = {name: _since(name) for name in DIRECTIONS}
+    since = _references().cte().prefix_with("MATERIALIZED", dialect="postgresql")  # else it is sought for each event
     inspected = exists().where(
         BuildingInspection.building_id == Event.building_id, BuildingInspection.inspected_at >= Event.end
     )
@@ -172,20 +172,26 @@ def _shares() -> Question:
         columns += [
             result.residual_displacement.label(name),
             (std * std).label(f"{name}_variance"),
-            or_(since[name].is_(None), Event.start >= since[name]).label(f"{name}_counts"),
+            or_(since.c[name].is_(None), Event.start >= since.c[name]).label(f"{name}_counts"),
         ]
     path = ShakingResult.travel
     columns += [path.label(TRAVEL), (0.0 * path).label(f"{TRAVEL}_variance"), (Event.id > 0).label(f"{TRAVEL}_counts")]
     usable = (Analysis.event_id == Event.id) & Analysis.current & Analysis.refusal.is_(None)
     return (
         select(Event.id, Event.building_id, Event.start, *columns)
-        .join(Building, Building.id == Event.building_id)
+        .join(since, since.c.id == Event.building_id)
         .outerjoin(Analysis, usable)
         .outerjoin(x, (x.analysis_id == Analysis.id) & (x.direction == DIRECTIONS[0]))
         .outerjoin(y, (y.analysis_id == Analysis.id) & (y.direction == DIRECTIONS[1]))
         .outerjoin(ShakingResult, ShakingResult.analysis_id == Analysis.id)
         .where(Event.building_id.in_(numbers("buildings")))
     )
+
+
+def _references() -> Question:
+    """(id, the start of the reference period in force for each direction) of every building."""
+    periods = (_since(name).label(name) for name in DIRECTIONS)
+    return select(Building.id, *periods).where(Building.id.in_(numbers("buildings")))
 
 
 def _since(direction: str) -> ScalarSelect[Any]:
