@@ -1,4 +1,4 @@
-"""What both floods of earthquakes have: the recipient, the processes that analyse, and what may not happen.
+"""Common parts of both floods of earthquakes: the recipient, the processes that analyse, and what may not happen.
 
 An earthquake may not be lost, nor served before a more urgent one that waits.
 """

@@ -142,7 +142,7 @@ def comparison_row(comparison: ModelComparison, event: Event) -> ComparisonRow:
         analysis=comparison.analysis_id,
         nrmse=finite(force.nrmse),
         noise_floor=finite(noise_floor(force)),
-        floors=finite(force.noise_ratio),
+        noise_ratio=finite(force.noise_ratio),
         fitting_rate=finite(force.fitting_rate),
         displacement_nrmse=None if displacement is None else finite(displacement.nrmse),
         created_at=comparison.created_at,
@@ -217,7 +217,7 @@ def _error(comparisons: Sequence[ModelComparison]) -> ErrorOut | None:
         events=len({one.event_id for one in comparisons}),
         nrmse=finite(every.nrmse),
         noise_floor=finite(noise_floor(every)),
-        floors=finite(every.noise_ratio),
+        noise_ratio=finite(every.noise_ratio),
         fitting_rate=finite(every.fitting_rate),
     )
 
@@ -230,7 +230,7 @@ def _trend_row(rated: RatedError) -> TrendRow:
         direction=error.direction,
         fitted=error.is_fitted,
         nrmse=finite(error.misfit.nrmse),
-        floors=finite(error.misfit.noise_ratio),
+        noise_ratio=finite(error.misfit.noise_ratio),
         excess=rated.excess,
         allowed=rated.allowed,
         missed=rated.is_missed,

@@ -253,7 +253,7 @@ def _failure(failure: Failure, text: Sequence[str]) -> FailureOut:
     return FailureOut(
         explanation=" ".join(text),
         is_noise=failure.is_noise,
-        floors=failure.noise_ratio,
+        noise_ratio=failure.noise_ratio,
         constant_stiffness_and_damping=failure.constant,
         any_function_of_motion=failure.over_motion,
         regions=[_region(one) for one in failure.regions],
@@ -265,7 +265,7 @@ def _failure(failure: Failure, text: Sequence[str]) -> FailureOut:
 
 def _region(one: Region) -> RegionOut:
     return RegionOut(
-        circumstance=one.name,
+        covariate=one.name,
         threshold=None if one.classed else one.threshold,
         is_above=one.is_above,
         class_=one.classed or None,
@@ -277,12 +277,12 @@ def _region(one: Region) -> RegionOut:
 
 def _profile(one: Profile) -> ProfileOut:
     bins = [_bin(part, one.classes[int(part.low)] if one.classes else None) for part in one.bins]
-    return ProfileOut(circumstance=one.name, taken_away=one.explained_share, bins=bins)
+    return ProfileOut(covariate=one.name, explained_share=one.explained_share, bins=bins)
 
 
 def _bin(one: Bin, name: str | None) -> BinOut:
     values = {field: getattr(one, field) for field in ("low", "high", "share", "energy", "time")}
-    return BinOut(class_=name, floors=one.noise_ratio, **values)
+    return BinOut(class_=name, noise_ratio=one.noise_ratio, **values)
 
 
 def versions(made: Sequence[Version], earthquakes: Earthquakes) -> list[VersionOut]:

@@ -131,7 +131,7 @@ class AllPredictions(PredictionOut):
 class RegionOut(Result):
     """Part of the records with more of the excess error than of the force."""
 
-    circumstance: str
+    covariate: str
     threshold: Value = Field(description="SI units; null of a class.")
     is_above: bool
     class_: str | None = Field(serialization_alias="class", description="Null of a number.")
@@ -141,7 +141,7 @@ class RegionOut(Result):
 
 
 class BinOut(Result):
-    """Part of the range of a circumstance."""
+    """Part of the range of a covariate."""
 
     class_: str | None = Field(serialization_alias="class", description="Null of a number.")
     low: Value
@@ -149,14 +149,16 @@ class BinOut(Result):
     share: Share = Field(description="Share of the excess error.")
     energy: Value = Field(description="Share of the force's energy.")
     time: Value = Field(description="Share of the samples.")
-    floors: Value = Field(description="Noise ratio.")
+    noise_ratio: Value = Field(description="Noise ratio.")
 
 
 class ProfileOut(Result):
-    """The excess error over a circumstance."""
+    """The excess error over a covariate."""
 
-    circumstance: str
-    taken_away: Share | None = Field(description="Share of the excess error that values of its own in each bin remove.")
+    covariate: str
+    explained_share: Share | None = Field(
+        description="Share of the excess error that values of its own in each bin remove."
+    )
     bins: list[BinOut]
 
 
@@ -165,7 +167,7 @@ class FailureOut(Result):
 
     explanation: str
     is_noise: bool = Field(description="True if noise explains the whole error.")
-    floors: Share = Field(description="Noise ratio.")
+    noise_ratio: Share = Field(description="Noise ratio.")
     constant_stiffness_and_damping: Share = Field(description="Share of the excess error that they would remove.")
     any_function_of_motion: Share = Field(description="Share of the excess error that it would remove.")
     regions: list[RegionOut]

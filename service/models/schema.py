@@ -41,7 +41,7 @@ class ErrorOut(Answer):
     events: int = Field(description="Number of events.")
     nrmse: Number | None = Field(description="RMS of the error over RMS of the force; null where there was no force.")
     noise_floor: Number | None = Field(description="NRMSE of a correct model: the estimate's own error.")
-    floors: Number | None = Field(description="RMS of the error in multiples of the floor; null where that is 0.")
+    noise_ratio: Number | None = Field(description="RMS of the error in multiples of the floor; null where that is 0.")
     fitting_rate: Number | None = Field(description="%, as the paper defines it; null where the force is constant.")
 
 
@@ -134,7 +134,7 @@ class ComparisonRow(Answer):
     analysis: int = Field(description="Number of the analysis that it was compared with.")
     nrmse: Number | None = Field(description="NRMSE of the force, driven by the measured motion; null without a force.")
     noise_floor: Number | None = Field(description="NRMSE of a correct model.")
-    floors: Number | None = Field(description="RMS of the error in multiples of the floor.")
+    noise_ratio: Number | None = Field(description="RMS of the error in multiples of the floor.")
     fitting_rate: Number | None = Field(description="%, as the paper defines it.")
     displacement_nrmse: Number | None = Field(
         description="NRMSE of the displacement, driven by the ground alone; null where nothing measured the ground."
@@ -185,7 +185,7 @@ class TrendRow(Answer):
     direction: str = Field(description="x or y, as the building file names it.")
     fitted: bool = Field(description="True if the model's values were fitted to it.")
     nrmse: Number | None = Field(description="NRMSE of the force, driven by the measured motion; null without a force.")
-    floors: Number | None = Field(description="Noise ratio: RMS of the error over that of noise alone.")
+    noise_ratio: Number | None = Field(description="Noise ratio: RMS of the error over that of noise alone.")
     excess: Number = Field(description="Error beyond noise, as a share of the force's RMS.")
     allowed: Number | None = Field(description="The largest usual excess; null as long as nothing was fitted.")
     missed: bool = Field(description="True if the error is larger than in the fitted events.")

@@ -39,7 +39,7 @@ def compared(folder: Path) -> Compared:
 def test_the_failure_lies_where_the_layer_meets_the_wall(compared: Compared, moat: Trial) -> None:
     """Within 5 mm of the gap, or beyond it in the cycles that meet the wall: both have about the same odds."""
     ((_, values),) = moat.hidden
-    regions = {one["circumstance"]: one for one in compared.document["failure"]["regions"]}
+    regions = {one["covariate"]: one for one in compared.document["failure"]["regions"]}
     assert next(iter(regions)) in ("amplitude", "largest past displacement")
     for circumstance in ("amplitude", "largest past displacement"):
         assert regions[circumstance]["is_above"]

@@ -46,7 +46,7 @@ def test_the_right_model_leaves_noise_and_a_wrong_one_more(api: TestClient, sess
     right, wrong = (compared(api, sessions, create_model(api, effects)) for effects in (TRUTH, LINEAR))
     assert [row["event"] for row in right] == [row["event"] for row in wrong] == [1, 2]
     for good, bad in zip(right, wrong, strict=True):
-        assert good["floors"] < 2 < bad["floors"]
+        assert good["noise_ratio"] < 2 < bad["noise_ratio"]
         assert good["nrmse"] < 0.05 < bad["nrmse"]
         assert good["displacement_nrmse"] < 0.05 < bad["displacement_nrmse"]
         assert (good["direction"], good["role"]) == ("x", "later")
