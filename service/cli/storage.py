@@ -10,8 +10,8 @@ from service.cli.inputs import REFUSED, USAGE, current_settings, end, progress_b
 app = typer.Typer(no_args_is_help=True, help="Original files in the database, a folder or an S3-compatible store.")
 
 UNKNOWN = (
-    "belong to nothing in this database: an import that failed or a process that was ended left them, or the database "
-    "was restored and is older; delete them if they are not needed"
+    "Files in the store that belong to nothing in this database: {}. An import that failed or a process that was ended "
+    "left them, or the database was restored and is older. Delete them if they are not needed."
 )
 
 
@@ -63,7 +63,7 @@ def check(context: typer.Context) -> None:
     if (store := store_of(settings)) is not None and (left := store.sweep()):
         typer.echo(f"{left} unfinished files, left by processes that were ended, are removed")
     if unknown:
-        typer.echo("\n".join([*unknown, f"{len(unknown)} files there {UNKNOWN}"]))
+        typer.echo("\n".join([*unknown, UNKNOWN.format(len(unknown))]))
     if lost:
         end("\n".join([*lost, f"{len(lost)} of {there.files} original files in the store are lost"]), REFUSED)
     typer.echo(f"{there.files} original files in the store are whole, {there.size / 1e6:.1f} MB")

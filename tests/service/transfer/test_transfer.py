@@ -274,7 +274,7 @@ def test_an_import_that_fails_leaves_no_rows_and_its_files_are_named_until_one_s
         assert set(left) <= set(names)
         *named, said, last = checked()
         assert named == left
-        assert said.startswith(f"{len(left)} files there belong to nothing in this database")
+        assert said.startswith(f"Files in the store that belong to nothing in this database: {len(left)}.")
         assert last.startswith("0 original files in the store are whole")
     imported(sessions, small, tmp_path, storage)
     assert [line.partition(",")[0] for line in checked()] == ["3 original files in the store are whole"]
