@@ -209,7 +209,7 @@ def _ranked(
         return (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
 
     every = {**fits, **dict(zip(judgeable, at_once(weighed_anew, judgeable.values()), strict=True))}
-    every |= {one.effect: at_values(data, one.model) for one, *_ in seen if one.effect not in fits}
+    every |= {one.effect: at_values(data, one.model) for one, *_ in seen if one.effect not in every}
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
     τ = inflation(data, best)
@@ -221,7 +221,7 @@ def _ranked(
         τ,
         floor,
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
-        tuple(name for name in effects if name not in simple and name not in contain),
+        tuple(name for name in effects if name not in every),
     )
 
 
@@ -306,8 +306,8 @@ def _beside_given_yield(
         places[name] = [Isolator({**model.effects, name: usual})]
     least = min(fit.chi_square for fit in fits.values())
     found = search_in_parallel(data, places, below=least)
-    lower = {name: fit for name, fit in found.items() if fit.outcome is not Outcome.DIVERGED}
-    return {name: fit for name, fit in lower.items() if name not in fits or fit.chi_square < fits[name].chi_square}
+    ended = {name: fit for name, fit in found.items() if fit.outcome not in (Outcome.DIVERGED, Outcome.STOPPED)}
+    return {name: fit for name, fit in ended.items() if name not in fits or fit.chi_square < fits[name].chi_square}
 
 
 def in_best_form(
