@@ -8,7 +8,6 @@ poll` fetches each file, stores it in a PostgreSQL server in a temporary folder,
 the queue; no worker runs. The exit code is 1 if a file was rejected or lost.
 """
 
-import json
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -107,23 +106,7 @@ def of_station(template: bytes, code: str) -> bytes:
 
 def sources(template: bytes) -> type[BaseHTTPRequestHandler]:
     """Answers of a server that has a folder for each building's code, with one file."""
-
-    class Handler(BaseHTTPRequestHandler):
-        protocol_version = "HTTP/1.1"
-
-        def do_GET(self) -> None:
-            code, name = self.path.strip("/").partition("/")[::2]
-            body = of_station(template, code) if name else json.dumps([NAME]).encode()
-            self.send_response(200)
-            self.send_header("Content-Type", "application/octet-stream" if name else "application/json")
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
-
-        def log_message(self, *_: object) -> None:
-            """No log."""
-
-    return Handler
+    return city.folders(lambda _: [NAME], lambda code: of_station(template, code))
 
 
 def described() -> str:

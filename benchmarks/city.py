@@ -5,7 +5,8 @@ earthquake with earlier dates and an alert with a message are added; then the wh
 histories are shortened, and at most FEW rows per analysis are kept in some tables. One building in ten keeps the alert.
 """
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -89,6 +90,32 @@ class MonitoringServer(ThreadingHTTPServer):
 
     daemon_threads = True
     request_queue_size = LISTENING
+
+
+def folders(listed: Callable[[str], Sequence[str]], content: Callable[[str], bytes]) -> type[BaseHTTPRequestHandler]:
+    """Answers of a monitoring server that has a folder for each building's code.
+
+    Args:
+        listed: names of the files that a building's folder has now.
+        content: of each of a building's files.
+    """
+
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_GET(self) -> None:
+            code, name = self.path.strip("/").partition("/")[::2]
+            body = content(code) if name else json.dumps(listed(code)).encode()
+            self.send_response(200)
+            self.send_header("Content-Type", "application/octet-stream" if name else "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            """No log."""
+
+    return Handler
 
 
 @contextmanager

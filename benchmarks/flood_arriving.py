@@ -10,7 +10,6 @@ go to a server of this machine, which with `--answering SECONDS` takes so long t
 The exit code is 1 if an order was wrong or anything was lost.
 """
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -61,16 +60,16 @@ class Moment(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """What became of the record of one building: s since 1970."""
+    """Times of the record of one building and of what followed from it, s since 1970."""
 
     severity: str
-    """Of its message."""
+    """Severity of its message."""
     arrived: float
     stored: float
     verdict: float
-    """Stored, with the message about it."""
+    """Storage of the verdict, with the message about it."""
     message: float
-    """Accepted by its recipient."""
+    """Acceptance by its recipient."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +87,7 @@ class Passed:
     messages: Order
     analyses: Order
     faults: tuple[str, ...]
-    """What was lost, or came in a wrong order."""
+    """Losses and wrong orders, in sentences."""
 
     @property
     def each(self) -> float:
@@ -148,26 +147,10 @@ def records(day: datetime) -> list[bytes]:
 def sources(templates: Sequence[bytes], begin: Moment, apart: float) -> type[BaseHTTPRequestHandler]:
     """Answers of a server that has a folder for each building's code, where a file appears at its time."""
 
-    class Handler(BaseHTTPRequestHandler):
-        protocol_version = "HTTP/1.1"
+    def listed(code: str) -> list[str]:
+        return [arrivals.NAME] if time() >= begin.value + number_of(code) * apart else []
 
-        def do_GET(self) -> None:
-            code, name = self.path.strip("/").partition("/")[::2]
-            number = number_of(code)
-            if name:
-                body = arrivals.of_station(templates[template_of(number)], code)
-            else:
-                body = json.dumps([arrivals.NAME] if time() >= begin.value + number * apart else []).encode()
-            self.send_response(200)
-            self.send_header("Content-Type", "application/octet-stream" if name else "application/json")
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
-
-        def log_message(self, *_: object) -> None:
-            """No log."""
-
-    return Handler
+    return city.folders(listed, lambda code: arrivals.of_station(templates[template_of(number_of(code))], code))
 
 
 def prepare(url: str, count: int, source: str, program: WebhookServer, now: datetime) -> None:
@@ -240,7 +223,7 @@ def delivered() -> Select[int]:
 
 
 def steps(session: Session, begin: float, apart: float) -> Iterator[Steps]:
-    """What became of the record of each building whose first message was accepted."""
+    """Times of each building whose first message was accepted."""
     read = select(Recording.building_id, func.min(Recording.received_at)).group_by(Recording.building_id)
     first = select(func.min(Message.id)).group_by(Message.building_id)
     sent = select(Building.code, Message, Delivery.finished_at).join(Message.building)

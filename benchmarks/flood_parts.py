@@ -52,7 +52,7 @@ SETTINGS: Mapping[str, str] = MappingProxyType(
 
 
 class Kind(StrEnum):
-    """Where earthquakes are analysed."""
+    """Kind of process that analyses earthquakes."""
 
     LOCAL = "local"
     DASK = "dask"
@@ -65,9 +65,9 @@ class Executor:
     kind: Kind
     count: int
     arguments: Sequence[str]
-    """Of `menshin work`."""
+    """Arguments of `menshin work`."""
     processes: Sequence[psutil.Process]
-    """Those that are not its own."""
+    """Its processes that `menshin work` does not start."""
 
     def __str__(self) -> str:
         return f"{self.count} Dask workers" if self.kind is Kind.DASK else f"{self.count} processes"
@@ -99,7 +99,7 @@ def add_program(session: Session, building: Building, program: WebhookServer, no
 
 
 def severities(program: WebhookServer) -> str:
-    """How many messages of each severity have arrived, in words, in the order in which the first of each did."""
+    """Numbers of messages by severity, in words; the severity that arrived first comes first."""
     of = Counter(json.loads(one.body)["data"]["severity"] for one in program.posted)
     return ", ".join(f"{count} {severity}" for severity, count in of.items())
 

@@ -64,7 +64,7 @@ from service.verdict import levels  # noqa: E402
 SIZES = (10, 100, 1_000)
 HISTORIES = (10, 60, 300)
 REQUESTS = 5
-"""Of each address, one by one, each about another building."""
+"""Number of requests for each address one by one, each about another building."""
 PORT = 48_123
 """Port of the monitoring server, fixed because kept databases name it."""
 PARTS = ("round", "poller", "pages", "api", "drift")

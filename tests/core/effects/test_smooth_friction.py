@@ -28,7 +28,7 @@ def test_a_sliding_block_comes_to_rest_as_the_exact_solution_does() -> None:
 
 @pytest.mark.parametrize("speed", [1e-3, 0.05, 0.4])
 def test_the_work_in_a_cycle_is_that_of_the_law(speed: float) -> None:
-    """∮ F v dt; up to 4 F u where the block hardly ever creeps."""
+    """∮ F v dt, which approaches 4 F u as the speed falls."""
     amplitude, given = 0.1, equal_cycles(700.0, count=1, amplitude=0.1)
     force = layer_force({"smooth_friction": {"sliding": FORCE, "speed": speed, "shape": 1.0}}, given)
     largest = amplitude * TURN

@@ -281,7 +281,7 @@ def rows_by_kind(session: Session) -> dict[str, int]:
 def test_a_dry_run_counts_what_is_then_deleted_of_every_kind(
     sessions: sessionmaker[Session], events: list[int]
 ) -> None:
-    """Where the rules meet, an analysis that goes keeps its job, and its histories are a kind of their own."""
+    """Both rules at once: a deleted analysis keeps its job, and its histories are a kind of their own."""
     ages = ("superseded_histories", "original_files", "jobs", "messages", "audit_trail")
     settings = Settings(retention=dict.fromkeys(ages, MONTH) | {"superseded_analyses": 2 * MONTH})
     with sessions() as session:

@@ -149,7 +149,7 @@ def test_what_came_while_the_clock_was_set_back_is_used_once_it_is_right(
 
 
 def test_packets_of_a_time_long_gone_or_still_to_come_are_removed(sessions: sessionmaker[Session]) -> None:
-    """Of the early packets, only those whose time has come stay."""
+    """Early packets stay only if their time has come."""
     one = follower(sessions)
     one.clock = lambda: BACK
     one.keep(SERVER, received(RECORDS[:30]))
