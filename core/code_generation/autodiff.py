@@ -1,7 +1,8 @@
 """Automatic differentiation of laws: forward mode by source transformation (Griewank and Walther 2008, section 3.1).
 
-The source of a law is differentiated line by line into its tangent: every local name gets a second one for its rate of
-change along one direction. Names that cannot change get none, so that nothing is computed for them.
+The source of a law is differentiated line by line into its tangent: every local name gets another one for its rate of
+change along each of a few directions. The directions share the values, which cost most where a law takes powers. Names
+that cannot change get none, so that nothing is computed for them.
 """
 
 import ast
@@ -9,7 +10,7 @@ import builtins
 import inspect
 import math
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
@@ -59,11 +60,11 @@ ALLOWED = f"+ - * / ** and {', '.join(sorted(function.__name__ for function in P
 
 @dataclass(frozen=True, slots=True)
 class Changing:
-    """Source of an expression and of its rate of change."""
+    """Source of an expression and of its rates of change."""
 
     value: str
-    change: str | None = None
-    """None if the expression does not change."""
+    changes: tuple[str, ...] = ()
+    """Along each direction; empty if the expression does not change."""
 
 
 @dataclass(slots=True)
@@ -72,7 +73,8 @@ class Tangent:
 
     law: Callable[..., Any]
     changing: set[str]
-    """Names that change along the direction."""
+    """Names that change along the directions."""
+    directions: int = 1
     lines: list[str] = field(default_factory=list)
     depth: int = 1
     parts: int = 0
@@ -89,6 +91,16 @@ class Tangent:
         self.write(f"part_{self.parts} = {source}")
         return f"part_{self.parts}"
 
+    def changes_of(self, name: str) -> tuple[str, ...]:
+        """Names of a name's rates of change."""
+        return tuple(change_of(name, direction) for direction in range(self.directions))
+
+    def store(self, name: str, value: Changing) -> None:
+        """Assign a value and its rates of change to a name."""
+        self.write(f"{name} = {value.value}")
+        for own, change in zip(self.changes_of(name), value.changes or ("0.0",) * self.directions, strict=True):
+            self.write(f"{own} = {change}")
+
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
         """Indent the lines below a head."""
@@ -104,30 +116,31 @@ class Tangent:
         raise ModelError(f"{Path(code.co_filename).name}, line {line}: `{ast.unparse(node)}`: {why}")
 
 
-def tangent_source(law: Callable[..., Any], name: str, changing: Collection[str]) -> str:
-    """Source of a function that returns a law's results and their rates of change.
+def tangent_source(law: Callable[..., Any], name: str, changing: Collection[str], directions: int = 1) -> str:
+    """Source of a function that returns a tuple of a law's results, and one of their rates of change per direction.
 
     Args:
         law: a plain `def` of floats: assignments, `if`, and expressions of + - * / **, comparisons, conditions and the
             functions of PARTIAL_DERIVATIVES.
         name: of the generated function.
-        changing: the law's arguments that change. Their rates of change follow the law's own arguments, in the same
-            order.
+        changing: the law's arguments that change. Their rates of change along each direction follow the law's own
+            arguments, in the same order.
+        directions: how many there are.
 
     Raises:
         ModelError: a line of the law cannot be differentiated; the message names it.
     """
     definition = _definition(law)
     arguments = [argument.arg for argument in definition.args.args]
-    tangent = Tangent(law, {argument for argument in arguments if argument in changing})
-    rates = [change_of(argument) for argument in arguments if argument in changing]
+    tangent = Tangent(law, {argument for argument in arguments if argument in changing}, directions)
+    rates = [change_of(one, number) for number in range(directions) for one in arguments if one in changing]
     _block(tangent, definition.body)
     return "\n".join([f"def {name}({', '.join([*arguments, *rates])}):", *tangent.lines])
 
 
-def change_of(name: str) -> str:
-    """Name of the rate of change of a name."""
-    return f"change_of_{name}"
+def change_of(name: str, direction: int) -> str:
+    """Name of the rate of change of a name along a direction."""
+    return f"change_of_{name}_{direction}"
 
 
 def _definition(law: Callable[..., Any]) -> ast.FunctionDef:
@@ -173,7 +186,9 @@ def _assign(tangent: Tangent, target: ast.expr, value: ast.expr) -> None:
             if not all(isinstance(one, ast.Name) for one in names):
                 tangent.refuse(target, "assign to names only")
             tangents = [expression(tangent, one) for one in values]
-            kept = [Changing(_copy(tangent, f.value), f.change and _copy(tangent, f.change)) for f in tangents]
+            kept = [
+                Changing(_copy(tangent, f.value), tuple(_copy(tangent, one) for one in f.changes)) for f in tangents
+            ]
             for one, change in zip(names, kept, strict=True):
                 _store(tangent, ast.unparse(one), change)
         case _:
@@ -185,15 +200,21 @@ def _copy(tangent: Tangent, source: str) -> str:
 
 
 def _store(tangent: Tangent, name: str, value: Changing) -> None:
-    change = value.change and tangent.part(value.change)  # may need the name's old value
-    tangent.write(f"{name} = {value.value}")
-    tangent.write(f"{change_of(name)} = {change or 0.0}")
-    (tangent.changing.add if change else tangent.changing.discard)(name)
+    changes = tuple(tangent.part(one) for one in value.changes)  # may need the name's old value
+    tangent.store(name, Changing(value.value, changes))
+    (tangent.changing.add if changes else tangent.changing.discard)(name)
 
 
 def _return(tangent: Tangent, value: ast.expr) -> None:
     results = [expression(tangent, one) for one in (value.elts if isinstance(value, ast.Tuple) else [value])]
-    tangent.write(f"return {', '.join([*(r.value for r in results), *(r.change or '0.0' for r in results)])}")
+    unchanged = ("0.0",) * tangent.directions
+    each = ([one.value for one in results], *zip(*(one.changes or unchanged for one in results), strict=True))
+    tangent.write(f"return {', '.join(as_tuple(one) for one in each)}")
+
+
+def as_tuple(sources: Iterable[str]) -> str:
+    """Source of a tuple of these expressions."""
+    return f"({', '.join(sources)},)"
 
 
 def _if(tangent: Tangent, statement: ast.If) -> None:
@@ -217,10 +238,10 @@ def expression(tangent: Tangent, node: ast.expr) -> Changing:
         return Changing(_enclosed(ast.unparse(node)))
     match node:
         case ast.Name(id=name):
-            return Changing(name, change_of(name))
+            return Changing(name, tangent.changes_of(name))
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             inner = expression(tangent, operand)
-            return Changing(f"(-{inner.value})", f"(-{inner.change})")
+            return Changing(f"(-{inner.value})", _negative(inner.changes))
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
             return expression(tangent, operand)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
@@ -236,39 +257,45 @@ def _enclosed(source: str) -> str:
     return source if ATOM.fullmatch(source) else f"({source})"
 
 
-def _total(*terms: tuple[str, str | None]) -> str | None:
-    """Sum of the products of partial derivatives and rates of change."""
-    products = [f"{partial} * {change}" for partial, change in terms if change is not None]
-    return f"({' + '.join(products)})" if products else None
+def _total(*terms: tuple[str, Sequence[str]]) -> tuple[str, ...]:
+    """Sum of the products of partial derivatives and rates of change, along each direction."""
+    return _added(*([f"{partial} * {change}" for change in changes] for partial, changes in terms))
+
+
+def _added(*terms: Sequence[str]) -> tuple[str, ...]:
+    """Sum of rates of change, along each direction; terms that do not change are empty."""
+    return tuple(f"({' + '.join(one)})" for one in zip(*filter(None, terms), strict=True))
+
+
+def _negative(changes: Sequence[str]) -> tuple[str, ...]:
+    return tuple(f"(-{change})" for change in changes)
 
 
 def _sum(_: Tangent, a: Changing, b: Changing) -> Changing:
-    changes = [change for change in (a.change, b.change) if change]
-    return Changing(f"({a.value} + {b.value})", f"({' + '.join(changes)})")
+    return Changing(f"({a.value} + {b.value})", _added(a.changes, b.changes))
 
 
-def _difference(tangent: Tangent, a: Changing, b: Changing) -> Changing:
-    negative = Changing(b.value, b.change and f"(-{b.change})")
-    return Changing(f"({a.value} - {b.value})", _sum(tangent, a, negative).change)
+def _difference(_: Tangent, a: Changing, b: Changing) -> Changing:
+    return Changing(f"({a.value} - {b.value})", _added(a.changes, _negative(b.changes)))
 
 
 def _product(tangent: Tangent, a: Changing, b: Changing) -> Changing:
-    left = tangent.part(a.value) if b.change else a.value
-    right = tangent.part(b.value) if a.change else b.value
-    return Changing(f"({left} * {right})", _total((right, a.change), (left, b.change)))
+    left = tangent.part(a.value) if b.changes else a.value
+    right = tangent.part(b.value) if a.changes else b.value
+    return Changing(f"({left} * {right})", _total((right, a.changes), (left, b.changes)))
 
 
 def _quotient(tangent: Tangent, a: Changing, b: Changing) -> Changing:
     below = tangent.part(b.value)
-    ratio = tangent.part(f"{a.value} / {below}") if b.change else f"({a.value} / {below})"
-    return Changing(ratio, _total((f"(1.0 / {below})", a.change), (f"(-{ratio} / {below})", b.change)))
+    ratio = tangent.part(f"{a.value} / {below}") if b.changes else f"({a.value} / {below})"
+    return Changing(ratio, _total((f"(1.0 / {below})", a.changes), (f"(-{ratio} / {below})", b.changes)))
 
 
 def _power(tangent: Tangent, a: Changing, b: Changing) -> Changing:
     base, literal = tangent.part(a.value), b.value
-    if b.change is None and literal.isdigit() and int(literal):
-        return Changing(f"{base} ** {literal}", _total((f"{literal} * {base} ** {int(literal) - 1}", a.change)))
-    return _partials(tangent, math.pow, [Changing(base, a.change), b], "math.pow")
+    if not b.changes and literal.isdigit() and int(literal):
+        return Changing(f"{base} ** {literal}", _total((f"{literal} * {base} ** {int(literal) - 1}", a.changes)))
+    return _partials(tangent, math.pow, [Changing(base, a.changes), b], "math.pow")
 
 
 ARITHMETIC: dict[type[ast.operator], Callable[[Tangent, Changing, Changing], Changing]] = {
@@ -300,25 +327,23 @@ def _partials(tangent: Tangent, function: Callable[..., Any], given: list[Changi
     arguments = [tangent.part(one.value) for one in given]
     value = tangent.part(f"{name}({', '.join(arguments)})")
     partials = [partial.format(*arguments, y=value) for partial in PARTIAL_DERIVATIVES[function]]
-    return Changing(value, _total(*zip(partials, (one.change for one in given), strict=True)))
+    return Changing(value, _total(*zip(partials, (one.changes for one in given), strict=True)))
 
 
 def _choice(tangent: Tangent, node: ast.IfExp) -> Changing:
     tangent.parts += 1
-    value, change = f"part_{tangent.parts}", f"change_of_part_{tangent.parts}"
+    value = f"part_{tangent.parts}"
     for head, branch in ((f"if {_test(tangent, node.test)}:", node.body), ("else:", node.orelse)):
         with tangent.block(head):
-            derivative = expression(tangent, branch)
-            tangent.write(f"{value} = {derivative.value}")
-            tangent.write(f"{change} = {derivative.change or 0.0}")
-    return Changing(value, change)
+            tangent.store(value, expression(tangent, branch))
+    return Changing(value, tangent.changes_of(value))
 
 
 def _test(tangent: Tangent, test: ast.expr) -> str:
-    """Source of a condition. An equality counts only if it persists along the direction."""
+    """Source of a condition. An equality counts only if it persists along all directions."""
     match test:
         case ast.Compare(left=left, ops=[ast.Eq() | ast.NotEq() as op], comparators=[right]) if _changes(tangent, test):
-            apart = _difference(tangent, expression(tangent, left), expression(tangent, right)).change
-            lasting = f"and {apart} == 0.0" if isinstance(op, ast.Eq) else f"or {apart} != 0.0"
-            return f"({ast.unparse(test)}) {lasting}"
+            apart = _difference(tangent, expression(tangent, left), expression(tangent, right)).changes
+            joined, compared = ("and", "==") if isinstance(op, ast.Eq) else ("or", "!=")
+            return f" {joined} ".join([f"({ast.unparse(test)})", *(f"{one} {compared} 0.0" for one in apart)])
     return ast.unparse(test)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import accumulate, chain, pairwise
 from threading import Lock
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -18,7 +19,13 @@ from core.effect import KINDS, RESULTS, YIELDED, Effect
 from core.effects import EFFECTS, Laws
 from core.fitting.noise import force_noise
 from core.fitting.observation import Observation, excitation_by
-from core.model.force_response import Excitation, force_derivatives, parameter_directions, state_history
+from core.model.force_response import (
+    Excitation,
+    StateHistory,
+    force_derivatives,
+    parameter_directions,
+    state_history,
+)
 from core.model.isolator import Isolator, Key, are_carried, packed
 from core.record import Direction
 from core.signals.whitening import Whitening
@@ -32,12 +39,23 @@ AT_ONCE = 32
 """Models whose columns are transformed together. A choice, for the memory that their histories need."""
 
 
-class BoundedMemory:
-    """Bounded cache of matrices during a search."""
+class Sized(Protocol):
+    """What takes room in memory."""
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes."""
+
+
+Kept = TypeVar("Kept", bound=Sized)
+
+
+class BoundedMemory(Generic[Kept]):
+    """Bounded cache of arrays during a search."""
 
     def __init__(self, room: float) -> None:
         """Cache of so many bytes."""
-        self._kept: OrderedDict[tuple[object, ...], Matrix] = OrderedDict()
+        self._kept: OrderedDict[tuple[object, ...], Kept] = OrderedDict()
         self._bytes = 0
         self._room = room
         self._lock = Lock()
@@ -47,20 +65,20 @@ class BoundedMemory:
         """Bytes in the cache."""
         return self._bytes
 
-    def of(self, key: tuple[object, ...], compute: Callable[[], Matrix]) -> Matrix:
-        """Matrix of a key, computed unless it is in the cache."""
+    def of(self, key: tuple[object, ...], compute: Callable[[], Kept]) -> Kept:
+        """Arrays of a key, computed unless they are in the cache."""
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key]
-        columns = compute()
+        made = compute()
         with self._lock:
             if key not in self._kept:
-                self._kept[key] = columns
-                self._bytes += columns.nbytes
+                self._kept[key] = made
+                self._bytes += made.nbytes
             while self._bytes > self._room and len(self._kept) > 1:
                 self._bytes -= self._kept.popitem(last=False)[1].nbytes
-        return columns
+        return made
 
     def __contains__(self, key: tuple[object, ...]) -> bool:
         with self._lock:
@@ -73,7 +91,7 @@ class BoundedMemory:
             self._bytes = 0
 
 
-class ColumnMemory(BoundedMemory):
+class ColumnMemory(BoundedMemory[Matrix]):
     """Cache of columns, and of the states that they were computed from.
 
     Copies and pickles of an object that refers to it start with an empty cache.
@@ -81,7 +99,7 @@ class ColumnMemory(BoundedMemory):
 
     def __init__(self) -> None:
         super().__init__(KEPT)
-        self.states = BoundedMemory(KEPT_STATES)
+        self.states: BoundedMemory[StateHistory] = BoundedMemory(KEPT_STATES)
 
     def __reduce__(self) -> tuple[type["ColumnMemory"], tuple[()]]:
         return ColumnMemory, ()
@@ -223,8 +241,8 @@ def _columns(data: FitData, asked: Sequence[Wanted]) -> list[Matrix]:
     return [filtered[row] if len(asked) == 1 else filtered[row].copy() for row in rows]
 
 
-def _states(data: FitData, isolator: Isolator) -> Matrix:
-    """(samples, states) of a model in all records, from one to the next of a direction."""
+def _states(data: FitData, isolator: Isolator) -> StateHistory:
+    """States of a model in all records, from one to the next of a direction."""
     driving = Isolator({name: isolator.effects[name] for name in driving_states(isolator.effects)})
     return data.memory.states.of(_state_name(driving), lambda: _followed(data, driving))
 
@@ -251,12 +269,13 @@ def _state_name(driving: Isolator) -> tuple[object, ...]:
     )
 
 
-def _followed(data: FitData, isolator: Isolator) -> Matrix:
-    histories: list[Matrix] = []
+def _followed(data: FitData, isolator: Isolator) -> StateHistory:
+    histories: list[StateHistory] = []
     last: dict[Direction, Vector] = {}
     model, kept = packed(isolator), are_carried(isolator)
     for observation, excited in zip(data.observations, data.excitations, strict=True):
         start = np.where(kept, last.get(observation.direction, np.zeros(model.states)), 0.0)
         histories.append(state_history(excited, model, start))
-        last[observation.direction] = histories[-1][-1]
-    return np.concatenate(histories)
+        last[observation.direction] = histories[-1].states[-1]
+    states, steps = (np.concatenate(each) for each in zip(*((one.states, one.steps) for one in histories), strict=True))
+    return StateHistory(states, steps)

@@ -7,12 +7,13 @@ from math import ceil
 
 import numpy as np
 
-from core.arrays import Matrix, Vector
+from core.arrays import Indices, Matrix, Vector
 from core.effect import RESULTS
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.model.force_kernels import column_kernel, force_kernel, tangent_kernel
+from core.model.force_kernels import force_kernel, tangent_kernel
 from core.model.isolator import Conditions, Isolator, Key, PackedModel, packed, parameter_names
+from core.model.program import DIRECTIONS
 
 LONGEST_STEP = 1e-2
 """s, longest step of the integration. A choice."""
@@ -34,6 +35,24 @@ class Excitation:
     """s, between samples."""
     fewest_steps: int
     """Smallest number of steps between samples."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StateHistory:
+    """States of a model at every sample, and the steps by which they were integrated."""
+
+    states: Matrix
+    """(n, m)."""
+    steps: Indices
+    """(n,) between each sample and the next."""
+
+    @property
+    def nbytes(self) -> int:
+        """Size in memory."""
+        return self.states.nbytes + self.steps.nbytes
+
+    def __getitem__(self, span: slice) -> "StateHistory":
+        return StateHistory(self.states[span], self.steps[span])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,15 +148,15 @@ def response_to(
             f"the model has {model.states} states and {len(wanted)} parameters are wanted; the states at the "
             f"start are {start.shape}, their derivatives {changes.shape}"
         )
-    force, _, followed = _integrated(excited, model, np.zeros(model.p.size), start, 0)
+    force, followed = _integrated(excited, model, start)
     by_parameter, by_end = force_derivatives(
         excited, model, parameter_directions(model, isolator, wanted), followed, changes
     )
-    return ForceResponse(force, by_parameter, followed[-1], by_end)
+    return ForceResponse(force, by_parameter, followed.states[-1], by_end)
 
 
-def state_history(excited: Excitation, model: PackedModel, start: Vector) -> Matrix:
-    """(n, m) states of a model at every sample of an excitation.
+def state_history(excited: Excitation, model: PackedModel, start: Vector) -> StateHistory:
+    """States of a model at every sample of an excitation.
 
     Args:
         excited: motion and conditions, n samples.
@@ -145,38 +164,44 @@ def state_history(excited: Excitation, model: PackedModel, start: Vector) -> Mat
         start: (m,) at the first sample.
     """
     if model.states == 0:
-        return np.empty((excited.acceleration.size, 0))
-    return _integrated(excited, model, np.zeros(model.p.size), start, 0)[2]
+        count = excited.acceleration.size
+        return StateHistory(np.empty((count, 0)), np.ones(count, dtype=np.intp))
+    return _integrated(excited, model, start)[1]
 
 
 def force_derivatives(
-    excited: Excitation, model: PackedModel, wanted: Sequence[ParameterDirection], states: Matrix, changes: Matrix
+    excited: Excitation,
+    model: PackedModel,
+    wanted: Sequence[ParameterDirection],
+    followed: StateHistory,
+    changes: Matrix,
 ) -> tuple[Matrix, Matrix]:
-    """Derivatives of the force, and of the last sample's states: those that involve no state at once, each other one in
-    an integration of its own.
+    """Derivatives of the force, and of the last sample's states.
+
+    Those that involve no state are computed sample by sample, the others in an integration, DIRECTIONS at a time.
 
     Args:
         excited: motion and conditions, n samples.
         model: with m states.
         wanted: parameters.
-        states: (n, m) of the model at every sample.
+        followed: states of the model.
         changes: (wanted, m) derivatives of the states at the first sample.
 
     Returns:
         (wanted, n) N, and (wanted, m), per unit of each parameter.
     """
-    by_parameter, by_end = np.empty((len(wanted), states.shape[0])), np.zeros((len(wanted), model.states))
-    at_once = [n for n, one in enumerate(wanted) if one.stateless and not changes[n].any()]
-    if at_once:
-        units = np.array([wanted[n].unit for n in at_once])
-        arrays = excited.samples, excited.acceleration, model.opcode, model.at_p, model.at_x, model.p
-        columns, room = np.empty((len(at_once), states.shape[0])), np.zeros((2, 2 * model.states))
-        column_kernel(model.laws)(*arrays, units, states, columns, room)
-        by_parameter[at_once] = columns
-    for n in sorted({*range(len(wanted))} - {*at_once}):
-        both = np.concatenate([states[0], changes[n]])
-        _, by_parameter[n], followed = _integrated(excited, model, wanted[n].unit, both, model.states)
-        by_end[n] = followed[-1, model.states :]
+    by_parameter, by_end = np.empty((len(wanted), followed.steps.size)), np.zeros((len(wanted), model.states))
+    kernel, motion, arrays = tangent_kernel(model.laws), _motion(excited), _arrays(model)
+    moving = [not one.stateless or bool(changes[n].any()) for n, one in enumerate(wanted)]
+    for is_moving in (False, True):
+        those = [n for n, one in enumerate(moving) if one == is_moving]
+        for first in range(0, len(those), DIRECTIONS):
+            each = those[first : first + DIRECTIONS]
+            units, at_start = np.zeros((DIRECTIONS, model.p.size)), np.zeros((DIRECTIONS, model.states))
+            units[: len(each)], at_start[: len(each)] = [wanted[n].unit for n in each], changes[each]
+            made, room = np.empty((DIRECTIONS, followed.steps.size)), np.zeros((4, (DIRECTIONS + 1) * model.states))
+            kernel(motion, arrays, units, is_moving, followed.states, followed.steps, made, at_start.ravel(), room)
+            by_parameter[each], by_end[each] = made[: len(each)], at_start[: len(each)]
     return by_parameter, by_end
 
 
@@ -261,14 +286,20 @@ def _direction(model: PackedModel, keys: Sequence[Key], key: Key) -> ParameterDi
     return ParameterDirection(unit, stateless=model.states == 0 or (effect.acts_on in RESULTS and own))
 
 
-def _integrated(
-    excited: Excitation, model: PackedModel, direction: Vector, start: Vector, behind: int
-) -> tuple[Vector, Vector, Matrix]:
-    """(n,) force, (n,) its derivative along the direction, and (n, m) states or (n, 2 m) with their derivatives."""
-    kernel, count = (tangent_kernel if behind else force_kernel)(model.laws), excited.acceleration.size
-    answers = np.empty(count), np.empty(count), np.empty((count, start.size))
-    motion = excited.samples, excited.acceleration, excited.weights, excited.interval, excited.fewest_steps
-    arrays = model.opcode, model.at_p, model.at_x, model.p
-    room = np.zeros((8, max(start.size, excited.samples.shape[1])))
-    kernel(motion, arrays, direction, behind, start, answers, room)
-    return answers
+def _integrated(excited: Excitation, model: PackedModel, start: Vector) -> tuple[Vector, StateHistory]:
+    """(n,) force, and the states, from (m,) states at the first sample."""
+    count = excited.acceleration.size
+    force, states, steps = np.empty(count), np.empty((count, start.size)), np.empty(count, dtype=np.intp)
+    room = np.zeros((7, start.size))
+    force_kernel(model.laws)(_motion(excited), _arrays(model), start, force, states, steps, room)
+    return force, StateHistory(states, steps)
+
+
+def _motion(excited: Excitation) -> tuple[Matrix, Vector, Matrix, float, int]:
+    """Arguments of the kernels."""
+    return excited.samples, excited.acceleration, excited.weights, excited.interval, excited.fewest_steps
+
+
+def _arrays(model: PackedModel) -> tuple[Indices, Indices, Indices, Vector]:
+    """Arguments of the kernels."""
+    return model.opcode, model.at_p, model.at_x, model.p

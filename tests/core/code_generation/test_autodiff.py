@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,13 @@ from core.errors import ModelError
 OFFSET = 0.25
 
 
-def plain(law: Callable[..., Any], changing: tuple[str, ...]) -> Callable[..., tuple[float, ...]]:
+def plain(
+    law: Callable[..., Any], changing: tuple[str, ...], directions: int = 1
+) -> Callable[..., tuple[tuple[float, ...], ...]]:
     """The tangent run as Python, without compiling."""
     namespace: dict[str, Any] = {**law.__globals__, "math": math}
-    exec(tangent_source(law, "tangent", changing), namespace)
-    tangent: Callable[..., tuple[float, ...]] = namespace["tangent"]
+    exec(tangent_source(law, "tangent", changing, directions), namespace)
+    tangent: Callable[..., tuple[tuple[float, ...], ...]] = namespace["tangent"]
     return tangent
 
 
@@ -58,7 +61,7 @@ def test_agrees_with_central_differences(law: Callable[..., Any], x: float, y: f
         return
     for direction in ((1.0, 0.0), (0.0, 1.0), (0.6, -0.8)):
         ahead, back = (np.array(law(x + s * direction[0], y + s * direction[1])) for s in (step, -step))
-        answer = np.ravel(plain(law, ("x", "y"))(x, y, *direction)).reshape(2, -1)
+        answer = np.array(plain(law, ("x", "y"))(x, y, *direction))
         assert answer[0] == pytest.approx(np.ravel(law(x, y)), rel=1e-12)
         assert answer[1] == pytest.approx(np.ravel(ahead - back) / (2 * step), rel=1e-6, abs=1e-6)
 
@@ -95,7 +98,7 @@ def test_every_effects_tangent_agrees_with_differences_of_its_law(name: str) -> 
                 np.ravel(effect.law(*(at[n] * (1 + s) if n == along else at[n] for n in effect.needs)))
                 for s in (step, -step)
             )
-            answer = np.array(tangent(*values, *(at[n] if n == along else 0.0 for n in changing))).reshape(2, -1)
+            answer = np.array(tangent(*values, *(at[n] if n == along else 0.0 for n in changing)))
             size = abs(answer).max()
             assert answer[0] == pytest.approx(np.ravel(effect.law(*values)), rel=1e-12)
             assert answer[1] == pytest.approx((ahead - back) / (2 * step), rel=1e-5, abs=1e-8 * size), along
@@ -116,9 +119,23 @@ def powered_by_statement(x: float, n: float) -> float:
 @pytest.mark.parametrize("law", [powered, powered_by_statement])
 def test_a_shortcut_at_one_point_does_not_hide_the_derivative_there(law: Callable[..., Any]) -> None:
     """x |x|^(n-1) changes with n by x ln|x| at n = 1, though the law never takes a power there."""
-    answer = plain(law, ("x", "n"))(0.5, 1.0, 0.0, 1.0)
-    assert answer == pytest.approx((0.5, 0.5 * math.log(0.5)))
-    assert plain(law, ("x", "n"))(0.0, 1.0, 1.0, 0.0) == (0.0, 1.0)
+    (value,), (change,) = plain(law, ("x", "n"))(0.5, 1.0, 0.0, 1.0)
+    assert (value, change) == pytest.approx((0.5, 0.5 * math.log(0.5)))
+    assert plain(law, ("x", "n"))(0.0, 1.0, 1.0, 0.0) == ((0.0,), (1.0,))
+
+
+@pytest.mark.parametrize("law", [smooth, branching, powered, powered_by_statement])
+def test_directions_at_once_agree_with_each_alone(law: Callable[..., Any]) -> None:
+    """An equality that persists along one direction and not along another decides neither of them."""
+    names = tuple(signature(law).parameters)
+    one, three = (plain(law, names, number) for number in (1, 3))
+    for at in ((0.5, 1.0), (-0.7, 1.0), (0.0, 1.0), (1.5, 2.0), (0.2, -0.4)):
+        directions = ((1.0, 0.0), (0.0, 1.0), (0.6, -0.8))
+        value, *changes = three(*at, *(part for direction in directions for part in direction))
+        for direction, change in zip(directions, changes, strict=True):
+            expected, alone = one(*at, *direction)
+            assert value == pytest.approx(expected, rel=1e-14)
+            assert change == pytest.approx(alone, rel=1e-14)
 
 
 def looping(x: float) -> float:
