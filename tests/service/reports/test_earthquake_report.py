@@ -115,6 +115,18 @@ def test_pdf_and_html_say_what_the_verdict_says(stored: Session) -> None:
     assert "<script" not in html
 
 
+def test_a_report_says_once_that_it_replaces_no_inspection(stored: Session) -> None:
+    of = building(stored)
+    for number, (moved, level) in enumerate(((0.02, "normal"), (STRONG, "inspect")), 1):
+        event = earthquake(stored, of, day(number), moved)
+        add_comparison(stored, event)
+        report, drawn = made(stored, event)
+        assert report.level == level
+        html = " ".join(unescape(rendering.html(report, drawn, NOW).decode()).split())
+        for shown in (read(rendering.pdf(report, drawn, NOW))[1], html):
+            assert shown.count("does not replace an inspection") == 1
+
+
 def test_the_same_facts_give_the_same_report_and_a_change_another_one(stored: Session) -> None:
     event = earthquake(stored, building(stored), day(1))
     before = earthquake_report(stored, event.id)
