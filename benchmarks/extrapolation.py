@@ -17,8 +17,9 @@ by earthquakes left out in turn alone, took for the real building, and those of 
 
 import sys
 import time
+from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -182,7 +183,7 @@ def simulated(truth: Truth, seen: Sequence[Observation]) -> tuple[tuple[Observat
         truth: of the layer.
         seen: the real tests, for their motion.
     """
-    fitted = [_at_rest(_part(one, span)) for one, span in zip(seen, SPANS, strict=True)]
+    fitted = [_at_rest(part(one, span)) for one, span in zip(seen, SPANS, strict=True)]
     stronger = [_enlarged(fitted[row], factor, day) for day, (row, factor) in enumerate(STRONGER)]
     rng, ever, made = np.random.default_rng(truth.seed), 0.0, []
     for one in (*fitted, *stronger):
@@ -206,16 +207,16 @@ def _unexplained(force: Vector, rate: float, rng: np.random.Generator) -> Vector
     return np.asarray(strength * noise / noise.std() + 5e-4 / 0.015 * force.std() * rng.standard_normal(force.size))
 
 
-def _part(one: Observation, span: tuple[float, float]) -> Observation:
+def part(one: Observation, span: tuple[float, float]) -> Observation:
+    """What was measured within a span, s."""
     rows = slice(*(int(at * one.rate) for at in span))
     layer, conditions = one.layer, one.conditions
     histories = ("displacement", "velocity", "force", "force_std", "displacement_std", "velocity_std")
-    fields = ("u_cross", "v_cross", "axial_load", "temperature", "time")
     cut = {name: getattr(layer, name)[rows] for name in histories if isinstance(getattr(layer, name), np.ndarray)}
     return replace(
         one,
         layer=replace(layer, **cut),
-        conditions=replace(conditions, **{name: getattr(conditions, name)[rows] for name in fields}),
+        conditions=replace(conditions, **{of.name: getattr(conditions, of.name)[rows] for of in fields(conditions)}),
         ground_acceleration=None,
         accelerations=one.accelerations[:, rows],
     )
@@ -247,7 +248,7 @@ def errors(model: Isolator, fitted: Sequence[Observation], stronger: Sequence[Ob
 def steps_table(name: str) -> Table:
     """Errors after each change of an improvement, where fitted, left out, in stronger tests, and at the truth's."""
     real = measured()
-    strong = tuple(_part(one, span) for one, span in zip(real, MEASURED_SPANS, strict=True))
+    strong = tuple(part(one, span) for one, span in zip(real, MEASURED_SPANS, strict=True))
     fitted, stronger = (strong, ()) if name == "measured" else simulated(TRUTHS[name], real)
     seen = Earthquakes.of(fitted)
     started = time.process_time()
@@ -290,6 +291,16 @@ def _shown(values: Sequence[float]) -> str:
     return " / ".join(f"{PERCENT * one:.1f}" for one in values)
 
 
-if __name__ == "__main__":
-    for wanted in sys.argv[1:] or (*TRUTHS, "measured"):
+def main() -> None:
+    """Print the tables that the command line names."""
+    parser = ArgumentParser(description="Improves models of rubber bearings and predicts stronger tests.")
+    every = (*TRUTHS, "measured")
+    parser.add_argument("motion", nargs="*", help=f"{', '.join(every)}; all of them if none is given")
+    for wanted in parser.parse_args().motion or every:
+        if wanted not in every:
+            parser.error(f"{wanted!r} is none of {', '.join(every)}")
         print(steps_table(wanted).markdown(), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -7,8 +7,8 @@ recipient; nothing is due. The database is an SQLite file. The first rounds, whi
 its state, are not counted; the time is the median of five rounds.
 """
 
-import sys
 import tempfile
+from argparse import ArgumentParser
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -130,7 +130,9 @@ def idle_round(sessions: sessionmaker[Session], begin: datetime = NOW) -> tuple[
 
 def main() -> None:
     """A line for each number of buildings."""
-    for count in [int(one) for one in sys.argv[1:]] or SIZES:
+    parser = ArgumentParser(description="Processor time of a round of periodic checks without news.")
+    parser.add_argument("buildings", nargs="*", type=int, help=f"numbers of buildings; {SIZES} if none is given")
+    for count in parser.parse_args().buildings or SIZES:
         with tempfile.TemporaryDirectory() as folder:
             url = f"sqlite:///{Path(folder) / 'menshin.sqlite'}"
             migrate.upgrade(url)

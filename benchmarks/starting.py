@@ -12,6 +12,7 @@ import os
 import resource
 import subprocess
 import sys
+from argparse import ArgumentParser
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic, sleep
@@ -103,7 +104,9 @@ def services(building: Path, files: list[Path]) -> None:
 
 
 def main() -> None:
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else REAL).resolve()
+    parser = ArgumentParser(description="Processor time of commands, and the wait for the first analysis.")
+    parser.add_argument("folder", nargs="?", default=REAL, type=Path, help="with records and a building file")
+    folder = parser.parse_args().folder.resolve()
     files = sorted(folder.glob("*.mseed"))[:3]
     with TemporaryDirectory() as place:
         os.chdir(place)
