@@ -25,6 +25,7 @@ from service.records.tables import (
     RecordedChannel,
     Recording,
     SourceState,
+    StreamState,
     Waveform,
 )
 
@@ -48,6 +49,8 @@ class BuildingState:
     """(end, received_at) of the latest usable recording; None before the first."""
     rejected: Rejected | None
     """Rejected files that count; None if there are none."""
+    silent: Mapping[str, datetime]
+    """Time since which each silent channel of its live stream is silent."""
 
 
 def read(
@@ -66,6 +69,7 @@ def read(
     polls, records = _polls(session, building_id), _last_records(session, building_id)
     rejected, pending = _rejected(session, now - rejected_age, building_id), _monitoring(session, building_id)
     silences, receivers = _silences(session, now, building_id), _receivers(session, building_id)
+    silent = _silent(session, building_id)
     return {
         number: BuildingState(
             created_at=created_at,
@@ -74,6 +78,7 @@ def read(
             poll=polls.get(number),
             last_record=records.get(number),
             rejected=rejected.get(number),
+            silent=silent.get(number, {}),
         )
         for number, created_at, events, alerts in _versions(session, building_id)
     }
@@ -127,6 +132,15 @@ def _polls(session: Session, building_id: int | None) -> Mapping[int, Values]:
     columns = (SourceState.attempted_at, SourceState.succeeded_at, SourceState.failing_since, SourceState.error)
     query = select(SourceState.building_id, *columns, SourceState.clock_ahead)
     return _by_building(session, query.where(*_only(SourceState.building_id, building_id)))
+
+
+def _silent(session: Session, building_id: int | None) -> Mapping[int, Mapping[str, datetime]]:
+    query = select(StreamState.building_id, StreamState.silent).where(StreamState.silent.is_not(None))
+    return {
+        building: {channel: datetime.fromisoformat(since) for channel, since in silent.items()}
+        for building, silent in session.execute(query.where(*_only(StreamState.building_id, building_id)))
+        if silent is not None
+    }
 
 
 def _last_records(session: Session, building_id: int | None) -> Mapping[int, Values]:

@@ -29,6 +29,8 @@ class Known:
     described_at: datetime
     """Time when its description took effect."""
     dead_channels: tuple[AlertCandidate, ...]
+    streamed: frozenset[str] | None
+    """Channels of its live stream, none without one; None where the database does not keep this with the check."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,7 @@ def read(session: Session, states: Mapping[int, BuildingState], settings: Settin
     for row in session.execute(select(BuildingCheck.__table__)):
         state = states.get(row.building_id)
         if state is not None and _digest(state, settings) == row.facts:
-            known = Known(row.has_source, row.is_continuous, row.described_at, ())
+            known = Known(row.has_source, row.is_continuous, row.described_at, (), None)
             found[row.building_id] = Checked(row.checked_at, state, known, {}, (), row.expires_at, is_settled=True)
     return found
 

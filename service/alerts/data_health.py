@@ -180,6 +180,21 @@ def dead_channels(
         yield _candidate(f"channel/{channel}", first.start, raised.start, wording, evidence, (channel,), events)
 
 
+def silent_channels(silent: Mapping[str, datetime], thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:
+    """Channels that send nothing in a live stream whose other channels send.
+
+    Args:
+        silent: time since which each one is silent.
+        thresholds: how long a source may be silent.
+        now: aware time.
+    """
+    for channel, began in sorted(silent.items()):
+        if now - began > thresholds.source:
+            wording = texts.SILENT_CHANNEL.filled(channel=channel, duration=duration(thresholds.source))
+            evidence = {"silent_since": began.isoformat()}
+            yield _candidate(f"channel/{channel}", began, began + thresholds.source, wording, evidence, (channel,))
+
+
 def stuck_work(work: Work, thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:
     """Work waits for too long while no job at all is finished: a long queue that moves is no fault."""
     if work.oldest is None or now - work.oldest <= thresholds.worker:

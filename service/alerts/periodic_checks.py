@@ -153,7 +153,12 @@ def _candidates(
         candidates += data_health.wrong_clocks(source, this.thresholds)
     if state.rejected is not None:
         candidates += data_health.rejected_files(state.rejected)
-    candidates += known.dead_channels
+    streamed = state.silent.keys() if known.streamed is None else known.streamed
+    silent = {channel: since for channel, since in state.silent.items() if channel in streamed}
+    now_silent = tuple(data_health.silent_channels(silent, this.thresholds, this.now))
+    candidates += now_silent
+    causes = {one.cause for one in now_silent}
+    candidates += [one for one in known.dead_channels if one.cause not in causes]
     candidates += data_health.stuck_work(this.work.get(building_id, NO_WORK), this.thresholds, this.now)
     if this.free is not None:
         candidates += data_health.full_disk(this.free, this.thresholds, began.get("disk"), this.now)
@@ -190,6 +195,7 @@ def _known(session: Session, building_id: int, thresholds: Thresholds) -> Known:
         is_continuous=described.source is not None and described.source.data == "continuous",
         described_at=revision.created_at,
         dead_channels=tuple(data_health.dead_channels(sightings, channels, seen, thresholds)),
+        streamed=frozenset(channels if described.source is not None and described.source.kind == "seedlink" else ()),
     )
 
 

@@ -294,6 +294,13 @@ DEAD_CHANNEL = Wording(
     ),
 )
 NO_SAMPLES = "it sent no samples"
+SILENT_CHANNEL = Wording(
+    "Sensor {channel} has sent nothing for more than {duration}",
+    (
+        "Other sensors of the building still send: have this sensor and its cable checked.",
+        "Its measurements of the next earthquake will be missing.",
+    ),
+)
 WORK_WAITS = Wording(
     "Records have waited for their analysis for more than {duration}",
     ("They are stored, but there are no results until the worker runs again (menshin work, or menshin up).",),

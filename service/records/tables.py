@@ -100,6 +100,8 @@ class StreamState(Base):
     channels: Mapped[dict[str, Any]]
     """Flow of each channel, by id: `reached`, `arrived`, `gaps`, `missing` and `has_sent`; see
     service.records.streams.flow."""
+    silent: Mapped[dict[str, Any] | None]
+    """Time since which each silent channel is silent while others send, by id; None if none is."""
     looked: Mapped[int] = mapped_column(BigInteger)
     """Id of the last packet that the trigger has seen."""
     shaking: Mapped[list[dict[str, Any]]]

@@ -87,6 +87,23 @@ def of_stream(state: StreamState, described: BuildingFile) -> dict[str, Flow]:
     return of_channels(read(state.channels), channels, state.connected_since)
 
 
+def silent(state: StreamState, described: BuildingFile, now: datetime, silence: timedelta) -> dict[str, str] | None:
+    """Since when each silent channel of a stream is silent, as JSON; None if none is.
+
+    Time without a connection does not count, unless the channel was silent before it was lost.
+
+    Args:
+        state: of the stream.
+        described: the building.
+        now: aware time.
+        silence: time without a packet after which a channel counts as silent.
+    """
+    before, connected = state.silent or {}, state.connected_since or now
+    flows = {channel: one for channel, one in of_stream(state, described).items() if one.is_silent(now, silence)}
+    since = {channel: before.get(channel, max(one.arrived, connected).isoformat()) for channel, one in flows.items()}
+    return since or None
+
+
 def written(flows: Mapping[str, Flow]) -> dict[str, Any]:
     """As JSON."""
     return {

@@ -195,6 +195,7 @@ class Follower:
                 flows = flow.read(state.channels)
                 requested = flow.of_channels(flows, [channel.id for channel in channels], now)
                 state.channels = flow.written(flows | requested)  # a later connection does not hide a silent channel
+            state.silent = flow.silent(state, self.described, now, timedelta(seconds=self.settings.stream.silence))
             source = source_state(session, self.building)
             source.cursor = _position(source.cursor, server, packets)
             source.attempted_at = source.looked_at = now

@@ -101,6 +101,15 @@ def test_a_channel_that_never_gave_anything_or_is_the_buildings_no_more_is_not_d
     assert not list(data_health.dead_channels(sightings("a", "a", "a"), "a", "ab", PATIENCE))
 
 
+def test_a_channel_is_silent_when_patience_ends() -> None:
+    silent = {"b": START, "a": START + HOUR}
+    assert not list(data_health.silent_channels(silent, PATIENCE, START + HOUR))
+    (found,) = data_health.silent_channels(silent, PATIENCE, START + HOUR + SECOND)
+    assert (found.cause, found.channels, found.began_at) == ("channel/b", ("b",), START)
+    assert found.raised_at == START + HOUR
+    assert len(list(data_health.silent_channels(silent, PATIENCE, START + 3 * HOUR))) == 2
+
+
 def test_work_is_stuck_only_while_nothing_gets_done() -> None:
     now = START + DAY
     long_ago, lately = now - HOUR, now - SECOND

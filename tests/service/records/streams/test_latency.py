@@ -5,17 +5,21 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from alert_fixtures import states
 from api_client import client
 from live_streams import NOW, SERVER, follower, received
 from monitoring_server import LOCATIONS, building_file, miniseed, stream
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.alerts.periodic_checks import check_buildings
 from service.buildings import store as building_store
 from service.health.metrics import latencies
+from service.notify.tables import Message
 from service.records.streams import flow
 from service.records.streams.flow import Flow
 from service.records.streams.follower import Follower
+from service.settings import Settings
 
 pytestmark = pytest.mark.sqlite
 SENDING = ("XX.TOWER.00.HNX", "XX.TOWER.01.HNX")
@@ -103,6 +107,35 @@ def test_a_channel_that_never_sent_counts_from_the_first_connection(
     with sessions() as session:
         (channels,) = [flow.read(state.channels) for state in session.query(flow.StreamState)]
     assert (channels[SILENT].gaps, channels[SILENT].missing) == (0, 0.0)
+
+
+def test_a_silent_channel_raises_an_alert_until_it_sends_again(sessions: sessionmaker[Session]) -> None:
+    """Neither the time without a connection nor that before a restart of the service counts, nor does a new one hide
+    the silence."""
+    one, rounds = follower(sessions), Settings(disk_reserve=0)
+
+    def checked(minutes: float, locations: tuple[str, ...] = ("00", "01"), *, is_new: bool = False) -> dict[str, str]:
+        now = NOW + timedelta(minutes=minutes)
+        send(one, now, locations, is_new=is_new)
+        check_buildings(sessions, rounds, now + timedelta(seconds=5))
+        return states(sessions)
+
+    assert checked(0, LOCATIONS, is_new=True) == {}
+    assert checked(200, is_new=True) == {}, "the service was down"
+    assert checked(259) == {}
+    assert checked(261) == {f"channel/{SILENT}": "active"}
+    assert checked(262, is_new=True) == {f"channel/{SILENT}": "active"}
+    with sessions() as session:
+        (message,) = session.query(Message)
+        assert message.sentences[0].startswith(f"Sensor {SILENT} has sent nothing for more than 60 minutes, since")
+        assert "have this sensor and its cable checked" in " ".join(message.sentences)
+    assert checked(263, LOCATIONS) == {f"channel/{SILENT}": "resolved"}
+    assert checked(300, ("02",)) == {f"channel/{SILENT}": "resolved"}
+    assert set(checked(420, ("02",)).items()) >= {(f"channel/{channel}", "active") for channel in SENDING}
+    with sessions.begin() as session:
+        building_store.update_description(session, building_file(), Path("/"), NOW + timedelta(minutes=421))
+    check_buildings(sessions, rounds, NOW + timedelta(minutes=422))
+    assert {states(sessions)[f"channel/{channel}"] for channel in SENDING} == {"resolved"}, "it is no stream any more"
 
 
 def test_channels_that_are_no_longer_described_and_former_streams_have_no_latency(
