@@ -46,6 +46,16 @@ def heating_by_both(p, s, s1, step, past):
     return math.exp(-s1[0])
 
 
+def by_rate(p, s, s1, step, past):
+    """Strength that grows as a power of the speed, as that of lead (Robinson, 1982)."""
+    return (1.0 + (step.v / p[1]) ** 2) ** (0.5 * p[0])
+
+
+def by_rate_logarithm(p, s, s1, step, past):
+    """Strength that grows with the logarithm of the speed, as thermally activated flow does (Eyring, 1936)."""
+    return 1.0 + p[0] * math.log1p(abs(step.v) / p[1])
+
+
 def strength_step(p, s, s1, step, past):
     """A share of the strength is lost within about two seconds of a date."""
     return 1.0 - p[0] * 0.5 * (1.0 + math.tanh((step.time - p[1]) / 2.0))
@@ -106,6 +116,26 @@ LAWS = (
         ("stiffness",),
         states=1,
         carried=(0,),
+    ),
+    Law(
+        "rate_strengthening",
+        "rate_strengthening",
+        "same",
+        by_rate,
+        lambda layer, rng: {"power": rng.uniform(0.05, 0.3), "slow": 10 ** rng.uniform(-3.0, -1.5)},
+        ("power",),
+        limits={"power": 0.6},
+        kind="strength",
+    ),
+    Law(
+        "rate_strengthening_logarithmic",
+        "rate_strengthening",
+        "another",
+        by_rate_logarithm,
+        lambda layer, rng: {"growth": rng.uniform(0.03, 0.2), "slow": 10 ** rng.uniform(-3.0, -1.5)},
+        ("growth",),
+        limits={"growth": 2.0},
+        kind="strength",
     ),
     Law(
         "degradation_exponential",
