@@ -55,6 +55,11 @@ def squared(values: np.ndarray) -> np.ndarray:
     return np.asarray(values.real**2 + values.imag**2)
 
 
+def real_parts(values: np.ndarray) -> Matrix:
+    """(rows, ...) real and imaginary parts of each row of complex values, in turn."""
+    return np.ascontiguousarray(values).reshape(len(values), -1).view(float)
+
+
 def smoothed(power: Vector, frequency: Vector) -> Vector:
     """(k,) mean of a periodogram over half an octave around each frequency, and over FEWEST_BINS at least."""
     bins, half = np.arange(power.size), FEWEST_BINS // 2

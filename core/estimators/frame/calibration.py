@@ -6,7 +6,8 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import ComplexMatrix, Matrix, Vector
-from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, gradient, with_variances
+from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, with_variances
+from core.estimators.frame.gradient import gradient
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Superstructure

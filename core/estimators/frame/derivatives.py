@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
+from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Tensor, Vector
 from core.estimators.frame.likelihood import Responses, real_times
 from core.estimators.frame.model import Superstructure
 
@@ -65,69 +65,6 @@ def structural_derivatives(
     at_channels[rates + 3 :, 1:] = seen.T[:, :, None] * by_damping.sum(axis=0)[:, None]
     at_channels[:, 1:] *= given.sensors[1:]
     return at_channels
-
-
-def base_driven_derivatives(
-    structure: Superstructure,
-    given: Responses,
-    angular: Vector,
-    measured: Indices,
-    amplitude: ComplexVector,
-    places: Indices,
-) -> ComplexTensor:
-    """Derivatives of the floors' channels by the structure's parameters where nothing acts but the base slab.
-
-    The modal loads then are real multiples of one input, and by the changes of the modes a derivative is a sum over
-    modes, where `structural_derivatives` is one over pairs of them.
-
-    Args:
-        structure: of the building.
-        given: its responses.
-        angular: (lines,) rad/s.
-        measured: (channels - 1,) floors with a sensor.
-        amplitude: (lines,) acceleration of the base slab.
-        places: (k,) of the parameters in the order of core.estimators.frame.model.Layout, rising.
-
-    Returns:
-        (k, channels - 1, lines).
-    """
-    α, η, β = structure.damping
-    w, λ, ρ, floors = angular, structure.squared, structure.modal_damping, structure.mass.size
-    seen = structure.shapes[measured] * structure.inputs[:, 0]
-    undamped, rates = 4 + 2 * floors, 7 + 2 * floors
-    of_modes, of_rates, of_ratios = places[places < undamped], places - undamped, places[places >= rates] - rates
-    of_rates = of_rates[(of_rates >= 0) & (of_rates < 3)]
-    coordinate = w**2 * amplitude * given.compliance
-    turned = -coordinate * given.compliance
-    by_modes = _base_driven_by_modes(structure, measured)[of_modes]
-    stiffened = turned * (1 + 1j * (ρ[:, None] * (w * α + η)))
-    derivatives = np.empty((places.size, *given.sensors[1:].shape), dtype=complex)
-    last = of_modes.size
-    flat = real_times(by_modes.reshape(-1, 2 * λ.size), np.concatenate([coordinate, stiffened]))
-    derivatives[:last] = flat.reshape(last, *derivatives.shape[1:])
-    damped = 1j * ρ[:, None] * turned
-    by_stiffness, by_mass = real_times(seen * λ, damped), real_times(seen, damped)
-    by_rates = (lambda: w * α * by_stiffness, lambda: η * by_stiffness, lambda: w * β * by_mass)
-    for row, rate in enumerate(of_rates, last):
-        derivatives[row] = by_rates[rate]()
-    last += of_rates.size
-    derivatives[last:] = seen.T[of_ratios, :, None] * ((λ[:, None] * (w * α + η) + w * β) * damped)[of_ratios, None]
-    derivatives *= given.sensors[1:]
-    return derivatives
-
-
-def _base_driven_by_modes(structure: Superstructure, measured: Indices) -> Tensor:
-    """(4 + 2 floors, channels - 1, 2 modes) weights in the derivatives by stiffness and mass: of every mode's
-    acceleration by a unit load, and of its change by the squared frequency."""
-    undamped, load = 4 + 2 * structure.mass.size, structure.inputs[:, 0]
-    squared, shapes, _ = structure.changes
-    squared, shapes, mass = squared[:undamped], shapes[:undamped], structure.mass
-    of_load = np.einsum("kjr,j->kr", shapes, mass)
-    moved = np.diag(mass) - np.outer(mass, mass) / mass.sum()
-    of_load[1 + mass.size : 1 + 2 * mass.size] += moved @ structure.shapes
-    seen = structure.shapes[measured]
-    by_coordinate = shapes[:, measured] * load + seen * of_load[:, None]
-    return np.concatenate([by_coordinate, seen * load * squared[:, None]], axis=2)
 
 
 def _coordinates(

@@ -65,20 +65,37 @@ def free_vibration_changes(
 
     Args: as of `floors_free_vibration`.
     """
-    by_squared, by_shapes, by_ratios = structure.changes
+    _, by_shapes, _ = structure.changes
+    vibration = free_vibration(structure, lines.angular, lines.samples, lines.rate)
+    by_mode = np.sum(amplitudes.reshape(-1, 2, 1) * vibration, axis=1)
+    by_poles, moved = pole_changes(structure), vibration_changes(structure, lines, amplitudes)
+    seen = structure.shapes[floors]
+    by_real, by_imaginary = (seen * part[:, None] for part in (by_poles.real, by_poles.imag))
+    return np.asarray(by_real @ moved[:, 0] + by_imaginary @ moved[:, 1] + by_shapes[:, floors] @ by_mode)
+
+
+def vibration_changes(structure: Superstructure, lines: Lines, amplitudes: Vector) -> ComplexTensor:
+    """(modes, 2, lines) derivatives of each mode's free vibration by the real and the imaginary part of its pole.
+
+    Args:
+        structure: whose modes.
+        lines: of the record.
+        amplitudes: (2 modes,) m/s² kg^½, of the real and the imaginary part of every mode.
+    """
     poles, instant = _poles(structure), np.exp(-1j * lines.angular / lines.rate)
+    amplitude = (amplitudes[0::2] - 1j * amplitudes[1::2])[:, None] / 2
+    forward = amplitude * _decay_derivative(poles, instant, lines.samples, lines.rate)
+    backward = amplitude.conj() * _decay_derivative(poles.conj(), instant, lines.samples, lines.rate)
+    return np.stack([forward + backward, 1j * (forward - backward)], axis=1)
+
+
+def pole_changes(structure: Superstructure) -> ComplexMatrix:
+    """(structural, modes) derivatives of the modes' poles by the structure's parameters."""
+    by_squared, _, by_ratios = structure.changes
     ω, ζ = np.sqrt(structure.squared), structure.damping_ratios
     root = np.sqrt(1 - np.minimum(ζ, LARGEST_RATIO) ** 2)
     turning = np.where(ζ < LARGEST_RATIO, ω * (-1 - 1j * np.minimum(ζ, LARGEST_RATIO) / root), 0.0)
-    by_poles = poles * by_squared / (2 * structure.squared) + turning * by_ratios
-    amplitude = (amplitudes[0::2] - 1j * amplitudes[1::2])[:, None] / 2
-    by_mode = amplitude * _decay_spectrum(poles, instant, lines.samples, lines.rate)
-    by_mode += amplitude.conj() * _decay_spectrum(poles.conj(), instant, lines.samples, lines.rate)
-    forward = amplitude * _decay_derivative(poles, instant, lines.samples, lines.rate)
-    backward = amplitude.conj() * _decay_derivative(poles.conj(), instant, lines.samples, lines.rate)
-    seen = structure.shapes[floors]
-    moved = (seen * by_poles[:, None]) @ forward + (seen * by_poles.conj()[:, None]) @ backward
-    return np.asarray(moved + by_shapes[:, floors] @ by_mode)
+    return np.asarray(_poles(structure) * by_squared / (2 * structure.squared) + turning * by_ratios)
 
 
 def _poles(structure: Superstructure) -> ComplexVector:

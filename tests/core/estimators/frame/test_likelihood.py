@@ -6,7 +6,8 @@ from exact_spectra import DESIGN, PAPER, exact_lines, unrelated_lines, with_nois
 
 from core.arrays import Vector
 from core.estimators.frame.calibration import first_variances, next_variances
-from core.estimators.frame.evaluation import Hypothesis, Problem, evaluated, gradient
+from core.estimators.frame.evaluation import Hypothesis, Problem, evaluated
+from core.estimators.frame.gradient import gradient
 from core.estimators.frame.hypotheses import as_given, corrected, with_modal_damping, with_unmodelled_motion
 from core.estimators.frame.likelihood import Variances, local_covariance, static_flexibility
 from core.estimators.frame.model import Design
