@@ -67,6 +67,8 @@ class _Lines:
     """(1 + floors,) power of the noise alone in each line."""
     excitation: ComplexVector
     """(m + 1,) transform of a_base and as many zeros, up to SAMPLED / 2: it excites the mode from rest."""
+    window: Vector
+    """(m,) under which the mode's motion is seen."""
     duration: float
     """s, of the record."""
 
@@ -141,7 +143,8 @@ def _lines(base: Vector, floors: Matrix, rate: float) -> _Lines:
     time = (np.arange(count) - (count - 1) / 2) / rate
     lag = np.fft.rfft(window * time * np.gradient(floors, axis=1) * rate, axis=1)
     excitation = np.fft.rfft(base, 2 * count)[: min(count, round(SAMPLED * count / rate)) + 1]
-    return _Lines(frequency, np.array([spectra[0], bend]), spectra[1:], lag, noise, excitation, count / rate)
+    seen = scipy.signal.windows.hann(excitation.size - 1, sym=False)
+    return _Lines(frequency, np.array([spectra[0], bend]), spectra[1:], lag, noise, excitation, seen, count / rate)
 
 
 def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
@@ -150,7 +153,7 @@ def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
     f = np.arange(count + 1) / (2 * lines.duration)
     transfer = f**2 / (frequency**2 - f**2 + 2j * damping * frequency * f)
     history = np.fft.irfft(lines.excitation * transfer, 2 * count)[:count]
-    spectrum = np.fft.rfft(scipy.signal.windows.hann(count, sym=False) * history)
+    spectrum = np.fft.rfft(lines.window * history)
     first = round(lines.frequency[0] * lines.duration)
     return np.asarray(spectrum[first : first + lines.frequency.size])
 
