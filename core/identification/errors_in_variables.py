@@ -225,7 +225,7 @@ def fit_transfer(start: ModalTransfer, lines: NoisySpectra) -> TransferFit:
         small = SMALL_DECREASE * max(0.5, latest.point.cost / freedom)
         return latest.expected < small or 0 < latest.gained < small
 
-    first = _Point(start, lines, cost_expansion(start, lines).cost)
+    first = _Point(start, lines, _misfit(start, lines))
     end, converged = minimised(first, step, has_converged, FIRST_DAMPING, MOST_STEPS)
     covariance, inverse = _covariance(end.expansion, freedom)
     return TransferFit(end.transfer, covariance, end.cost, freedom, converged, inverse)
@@ -235,6 +235,10 @@ def cost(transfer: ModalTransfer, lines: NoisySpectra) -> float:
     """Σ|r|² for the most likely base motion; infinite if a mode does not decay."""
     if not (np.all(transfer.damping_ratio > 0) and np.all(transfer.angular_frequency > 0)):
         return np.inf
+    return _misfit(transfer, lines)
+
+
+def _misfit(transfer: ModalTransfer, lines: NoisySpectra) -> float:
     basis = basis_functions(transfer, lines.angular_frequency)
     return float(np.sum(squared(profiled_base_motion(transfer, basis, lines)[1])))
 
@@ -268,16 +272,21 @@ def cost_expansion(transfer: ModalTransfer, lines: NoisySpectra) -> CostExpansio
     length = np.sqrt(np.sum(squared(g), axis=0))
     count = transfer.parameters.size
     gradient, information = np.zeros(count), np.zeros((count, count))
-    noise = np.zeros((count, count))
     along, noise_along = (np.zeros((count, a.size), dtype=complex) for _ in range(2))
+    noise, moving = np.zeros((count, count)), np.zeros(count, dtype=bool)
     for floor, (own, of_g, change) in enumerate(floor_derivatives(transfer, basis, lines, a), start=1):
         information[np.ix_(own, own)] += _gram(change)
         gradient[own] -= change.view(float) @ r[floor].view(float)
         along[own] += change * (g[floor].conj() / length)
-        noise[np.ix_(own, own)] += _gram(of_g / length)
-        noise_along[own] += of_g * (g[floor].conj() / length**2)
+        forced = np.append(own[: len(of_g) - 1], own[-1])
+        moving[forced] = True
+        of_g /= length
+        noise[np.ix_(forced, forced)] += _gram(of_g)
+        of_g *= g[floor].conj() / length
+        noise_along[forced] += of_g
     information -= _gram(along)
-    hessian = information - noise + _gram(noise_along)
+    hessian = information - noise
+    hessian[np.ix_(moving, moving)] += _gram(noise_along[moving])
     return CostExpansion(float(np.sum(squared(r))), gradient, information, hessian)
 
 
@@ -287,24 +296,27 @@ def floor_derivatives(
     """Derivatives of each floor's g, and of its g a + t.
 
     Yields:
-        For each floor, the indices of the parameters on which it depends, and (these parameters, lines) the two
-        derivatives.
+        For each floor, the indices of the parameters on which it depends; the derivatives of its g by those of them
+        that are not of the transient, (these, lines); and those of its g a + t, (parameters, lines).
     """
     w, m, row = lines.angular_frequency, transfer.angular_frequency.size, len(basis.forced) + len(basis.transient) + 1
     relative, late = _pole_derivatives(transfer, basis, w), delay_factor(transfer, w)
     h, t = 1 + transfer.forced @ basis.forced, transfer.transient @ basis.transient
     of_floors = zip(transfer.forced, transfer.transient, lines.noise[1:], strict=True)
     for floor, (forced, free, noise) in enumerate(of_floors):
-        modal = forced[:m, None] * basis.forced[:m]
-        decay = sum((free[k : k + m, None] * basis.transient[k : k + m] for k in range(0, min(2 * m, free.size), m)), 0)
-        poles = (relative * modal).reshape(2 * m, -1)
-        of_g = np.vstack([poles, basis.forced, np.zeros_like(basis.transient), -1j * w * h[floor]])
-        of_g *= late[floor] / noise
-        change = of_g * a
+        turned, last = late[floor] / noise, 2 * m + len(forced)
+        of_g = np.empty((last + 1, w.size), dtype=complex)
+        np.multiply(relative, forced[:m, None] * basis.forced[:m], out=of_g[: 2 * m].reshape(2, m, -1))
+        of_g[2 * m : last], of_g[last] = basis.forced, -1j * w * h[floor]
+        of_g *= turned
+        change = np.empty((2 * m + row, w.size), dtype=complex)
+        np.multiply(of_g[:last], a, out=change[:last])
+        np.multiply(of_g[last], a, out=change[-1])
         if free.size:
-            change[: 2 * m] += (relative * decay).reshape(2 * m, -1) * (late[floor] / noise)
-            change[2 * m + len(forced) : -1] = basis.transient * (late[floor] / noise)
-            change[-1] += -1j * w * t[floor] * (late[floor] / noise)
+            decay = sum(free[k : k + m, None] * basis.transient[k : k + m] for k in (0, m))
+            change[: 2 * m] += (relative * (decay * turned)).reshape(2 * m, -1)
+            np.multiply(basis.transient, turned, out=change[last:-1])
+            change[-1] += -1j * w * t[floor] * turned
         yield np.append(np.arange(2 * m), 2 * m + floor * row + np.arange(row)), of_g, change
 
 
