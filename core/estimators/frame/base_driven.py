@@ -7,6 +7,7 @@ parameters and channels; only the derivatives' parts along h are computed line b
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Free:
         return cls(*(free[(free >= kind.start) & (free < kind.stop)] - kind.start for kind in kinds))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for the cached properties
 class Order:
     """Rows of the series."""
 
@@ -49,33 +50,33 @@ class Order:
     late: int
     """Number of series by a delay; 0 where none is free."""
 
-    @property
+    @cached_property
     def by_mode(self) -> slice:
         """Accelerations of the modes by a unit load, then their changes by the squared frequencies, by hysteretic and
         by viscous damping, with the opposite sign."""
         return slice(0, self.base)
 
-    @property
+    @cached_property
     def base(self) -> int:
         """Acceleration of the base slab."""
         return 4 * self.modes
 
-    @property
+    @cached_property
     def vibration(self) -> slice:
         """Free vibration, real and imaginary part of each mode."""
         return slice(self.base + 1, self.base + 1 + 2 * self.vibrating)
 
-    @property
+    @cached_property
     def moved(self) -> slice:
         """Changes of the free vibration by the real and the imaginary part of each mode's pole."""
         return slice(self.vibration.stop, self.vibration.stop + 2 * self.vibrating)
 
-    @property
+    @cached_property
     def delayed(self) -> slice:
         """Changes by a delay: of the modes' accelerations, of the base slab's, of the modes' free vibrations."""
         return slice(self.moved.stop, self.moved.stop + self.late)
 
-    @property
+    @cached_property
     def residual(self) -> slice:
         """Residuals of the channels, which no derivative is a sum of."""
         return slice(self.delayed.stop, self.delayed.stop + self.channels)

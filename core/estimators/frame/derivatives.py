@@ -111,24 +111,21 @@ def determinant_descent(
     """
     α, η, β = structure.damping
     w, compliance, floors = angular, given.compliance, structure.mass.size
-    back = real_times(structure.shapes[measured].T, inverse[:, 1:].conj() * given.sensors[1:]) * compliance
-    forth = w**2 * compliance * structure.inputs.T[1:, :, None] * weights[:, None]
-    coupling, flat_forth = damping_coupling(structure), _flat(forth)
+    acting = real_times(structure.inputs[:, 1:], (weights[:, None] * inverse[:, 1:].conj()).reshape(1 + floors, -1))
+    forth = acting.reshape(floors, measured.size, -1) * given.sensors[1:] * (w**2 * compliance)[:, None]
+    seen, flat_forth = structure.shapes[measured], forth.reshape(-1, w.size)
     plain, stiff, uneven = (
-        (flat_forth @ _flat(back * by).T).real for by in (np.ones_like(w), 1j * (w * α + η), 1j * w * β)
+        np.einsum("rcs,cs->rs", (flat_forth @ by.T).real.reshape(floors, measured.size, -1), seen)
+        for by in (compliance, 1j * (w * α + η) * compliance, 1j * w * β * compliance)
     )
+    coupling = damping_coupling(structure)
     through = plain + coupling.stiff * stiff + coupling.uneven * uneven
     by_stiffness = 2 * np.einsum("krs,sr->k", structure.stiffness_derivatives, through)
-    own = 1j * structure.modal_damping[:, None] * np.einsum("irl,irl->rl", forth, back)
+    own = 1j * structure.modal_damping[:, None] * compliance * np.einsum("rcl,cr->rl", forth, seen)
     stiffly = structure.squared[:, None] * own
     by_rates = 2 * np.array([w * α * stiffly, η * stiffly, w * β * own]).real.sum(axis=2)
     parts = by_stiffness[: 1 + floors], np.zeros(floors), by_stiffness[1 + floors :], by_rates.sum(axis=1)
     return np.concatenate([*parts, by_rates.sum(axis=0)])
-
-
-def _flat(series: ComplexTensor) -> ComplexMatrix:
-    """(modes, everything else) of (inputs, modes, lines)."""
-    return series.swapaxes(0, 1).reshape(series.shape[1], -1)
 
 
 def sensor_derivatives(series: ComplexMatrix, angular: Vector) -> ComplexTensor:

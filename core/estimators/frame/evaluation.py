@@ -21,7 +21,7 @@ from core.estimators.frame.likelihood import (
 )
 from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Layout, Superstructure, superstructure
-from core.signals.spectra import squared
+from core.signals.spectra import delay_factors, squared
 
 
 @dataclass(frozen=True, eq=False)  # without slots, for the cached property
@@ -56,7 +56,7 @@ class Problem:
     hypothesis: Hypothesis
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for the cached property
 class Evaluation:
     """The lines as one choice of parameters explains them."""
 
@@ -76,8 +76,12 @@ class Evaluation:
     """(channels, lines) white, without its part along h."""
     amplitude: ComplexVector
     """(lines,) of the base slab's acceleration."""
-    unmodelled: ComplexTensor
-    """(1 + floors, channels, lines) responses to rocking and single floors, white; (0, ...) without random motion."""
+
+    @cached_property
+    def unmodelled(self) -> ComplexTensor:
+        """(1 + floors, channels, lines) responses to rocking and single floors, white; (0, ...) without random motion.
+        Most trials need none."""
+        return self.whitened.of(self.given.acting[1:])
 
     @property
     def degrees_of_freedom(self) -> float:
@@ -91,6 +95,8 @@ class Evaluation:
 
     def on(self, part: slice) -> "Evaluation":
         """The same parameters on a part of the lines; cost and misfit remain those of all."""
+        if part.indices(self.amplitude.size) == (0, self.amplitude.size, 1):
+            return self
         return replace(
             self,
             problem=replace(self.problem, lines=self.problem.lines.chosen(part)),
@@ -99,7 +105,6 @@ class Evaluation:
             whitened=self.whitened.on(part),
             residual=self.residual[:, part],
             amplitude=self.amplitude[part],
-            unmodelled=self.unmodelled[..., part],
         )
 
 
@@ -149,7 +154,8 @@ def _weighed(
     misfit = np.sum(squared(residual), axis=0)
     cost = float(misfit.sum()) + hypothesis.penalty(parameters)
     if hypothesis.is_random:
-        log_determinant = whitened.log_determinant + _log_power(whitened, given.base if along is None else along)
+        power = 2 * np.log(whitened.length) if along is None else _log_power(whitened, along)
+        log_determinant = whitened.log_determinant + power
         cost += float(log_determinant.sum())
     return Evaluation(
         problem=problem,
@@ -163,16 +169,17 @@ def _weighed(
         whitened=whitened,
         residual=residual,
         amplitude=amplitude,
-        unmodelled=whitened.of(given.acting[1:]),
     )
 
 
 def sensor_errors(parameters: Vector, layout: Layout, angular: Vector) -> ComplexMatrix:
     """(channels, lines) factor of gains and clocks on a motion."""
-    delays, errors = parameters[layout.delays], np.ones((layout.channels, angular.size), dtype=complex)
+    delays, errors = parameters[layout.delays], np.empty((layout.channels, angular.size), dtype=complex)
+    errors[:] = np.exp(parameters[layout.gains])[:, None]
     late = np.flatnonzero(delays)
-    errors[late] = np.exp(-1j * delays[late, None] * angular)
-    return np.asarray(np.exp(parameters[layout.gains])[:, None] * errors)
+    if late.size:
+        errors[late] *= delay_factors(delays[late], angular)
+    return errors
 
 
 def _whitened(problem: Problem, given: Responses, variances: Variances) -> Whitened:

@@ -98,7 +98,7 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, b
     """
     joints = max(joints, STIFFEST_JOINTS)
     columns, girders = _parts(floors := storey_stiffness.size)
-    whole = np.tensordot(storey_stiffness, columns + girders / joints, 1)
+    whole = (storey_stiffness @ (columns + girders / joints).reshape(floors, -1)).reshape(2 * floors, -1)
     condensation = np.eye(2 * floors, floors)
     condensation[floors:] = -np.linalg.solve(whole[floors:, floors:], whole[floors:, :floors])
     flexibility = np.asarray(np.linalg.inv(condensation.T @ whole @ condensation), dtype=float)
