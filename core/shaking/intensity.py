@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from core.arrays import Matrix, Vector
-from core.shaking.oscillators import DAMPING, oscillator_motion
+from core.shaking.oscillators import DAMPING, oscillator_velocity
 
 EXCEEDED = 0.3
 """s, total time for which the filtered acceleration exceeds the one that gives the intensity."""
@@ -52,7 +52,7 @@ def long_period_velocity(acceleration: Matrix, rate: float) -> float:
     """
     slow = without_slow_motion(acceleration, rate)
     ground = scipy.integrate.cumulative_trapezoid(slow, dx=1 / rate, initial=0.0)
-    each = (oscillator_motion(slow, rate, 2 * np.pi / period, DAMPING)[1] for period in PERIODS)
+    each = (oscillator_velocity(slow, rate, 2 * np.pi / period, DAMPING) for period in PERIODS)
     return max(float(np.linalg.norm(ground + relative, axis=0).max()) for relative in each)
 
 

@@ -29,10 +29,21 @@ def oscillator_motion(
     Returns:
         Two (..., n) arrays, m and m/s.
     """
-    of_displacement, of_velocity, denominator = _filters(rate, angular_frequency, damping_ratio)
+    of_displacement, _, denominator = _filters(rate, angular_frequency, damping_ratio)
     displacement: Samples = scipy.signal.lfilter(of_displacement, denominator, acceleration)
+    return displacement, oscillator_velocity(acceleration, rate, angular_frequency, damping_ratio)
+
+
+def oscillator_velocity(
+    acceleration: Samples, rate: float, angular_frequency: float, damping_ratio: float
+) -> Samples:
+    """(..., n) m/s, the velocity of `oscillator_motion` alone.
+
+    Args: as of `oscillator_motion`.
+    """
+    _, of_velocity, denominator = _filters(rate, angular_frequency, damping_ratio)
     velocity: Samples = scipy.signal.lfilter(of_velocity, denominator, acceleration)
-    return displacement, velocity
+    return velocity
 
 
 def response_spectrum(acceleration: Vector, rate: float, periods: Vector) -> Vector:
