@@ -184,16 +184,20 @@ def damped_step(normal: Matrix, descent: Vector, damping: float, scale: Vector |
     Returns:
         None if a parameter has no curvature, or no damping makes the matrix positive definite.
     """
+    if not descent.size:
+        return descent
     size = np.sqrt(np.diag(normal)) if scale is None else scale
     if not (np.all(size > 0) and np.isfinite(normal).all() and np.isfinite(descent).all()):
         return None
     scaled = normal / np.outer(size, size)
-    for raised in damping * 10.0 ** np.arange(MOST_INCREASES):
-        try:
-            factor = linalg.cho_factor(scaled + raised * np.eye(size.size), check_finite=False)
-        except linalg.LinAlgError:
-            continue
-        return np.asarray(linalg.cho_solve(factor, descent / size, check_finite=False) / size)
+    diagonal = np.diag_indices(size.size)
+    for increase in range(MOST_INCREASES):
+        matrix = scaled.copy()
+        matrix[diagonal] += damping * 10.0**increase
+        # scipy.linalg.cho_factor and cho_solve take longer to examine small matrices than to solve them
+        _, step, status = linalg.lapack.dposv(matrix, descent / size)
+        if status == 0:
+            return np.asarray(step / size)
     return None
 
 

@@ -274,16 +274,20 @@ def cost_expansion(transfer: ModalTransfer, lines: NoisySpectra) -> CostExpansio
     gradient, information = np.zeros(count), np.zeros((count, count))
     along, noise_along = (np.zeros((count, a.size), dtype=complex) for _ in range(2))
     noise, moving = np.zeros((count, count)), np.zeros(count, dtype=bool)
+    poles = 2 * transfer.angular_frequency.size
     for floor, (own, of_g, change) in enumerate(floor_derivatives(transfer, basis, lines, a), start=1):
         information[np.ix_(own, own)] += _gram(change)
         gradient[own] -= change.view(float) @ r[floor].view(float)
-        along[own] += change * (g[floor].conj() / length)
+        change *= g[floor].conj() / length
+        along[:poles] += change[:poles]
+        along[own[poles] : own[-1] + 1] = change[poles:]
         forced = np.append(own[: len(of_g) - 1], own[-1])
         moving[forced] = True
         of_g /= length
         noise[np.ix_(forced, forced)] += _gram(of_g)
         of_g *= g[floor].conj() / length
-        noise_along[forced] += of_g
+        noise_along[:poles] += of_g[:poles]
+        noise_along[forced[poles:]] = of_g[poles:]
     information -= _gram(along)
     hessian = information - noise
     hessian[np.ix_(moving, moving)] += _gram(noise_along[moving])

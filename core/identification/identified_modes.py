@@ -154,8 +154,8 @@ def misfit_increase(eigenvalues: ComplexVector, inputs: Matrix, outputs: Matrix)
     responses = np.concatenate([part for mode in forced for part in (mode.real, mode.imag)])
     regressors = np.vstack([responses, inputs])
     # One QR factorisation of regressors and outputs removes time from the fits that follow.
-    triangle = linalg.qr(np.vstack([regressors, outputs]).T, mode="r", check_finite=False)[0]
-    R, Y = np.split(triangle[: triangle.shape[1]], [len(regressors)], axis=1)
+    triangle = linalg.qr(np.vstack([regressors, outputs]).T, mode="raw", check_finite=False)[1]
+    R, Y = np.split(triangle, [len(regressors)], axis=1)
     width = len(responses) // len(eigenvalues)
     every = _misfit(R, Y)
     without = [_misfit(np.delete(R, np.s_[i * width : (i + 1) * width], axis=1), Y) for i in range(len(eigenvalues))]

@@ -140,11 +140,13 @@ class StateSpace:
     def response(self, inputs: Matrix) -> Matrix:
         """(outputs, n) to inputs of (inputs, n), by modal superposition: A must be diagonalisable."""
         eigenvalues, vectors = linalg.eig(self.A, check_finite=False)
+        one = eigenvalues.imag >= 0  # of each conjugate pair, which responds by twice the real part
+        shapes = self.C @ vectors[:, one] * np.where(eigenvalues[one].imag > 0, 2, 1)
         forcing = np.hstack([self.initial_state[:, None], self.B @ inputs[:, :-1]])
-        modal = np.linalg.inv(vectors) @ forcing
-        for mode, w in zip(modal, eigenvalues, strict=True):
+        modal = np.linalg.inv(vectors)[one] @ forcing
+        for mode, w in zip(modal, eigenvalues[one], strict=True):
             mode[:] = scipy.signal.lfilter([1], [1, -w], mode)
-        return np.asarray(((self.C @ vectors) @ modal).real + self.D @ inputs)
+        return np.asarray((shapes @ modal).real + self.D @ inputs)
 
 
 def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace:
@@ -197,7 +199,8 @@ def _input_coefficients(responses: ComplexMatrix, shapes: ComplexMatrix, inputs:
     """
     k, p = responses.shape[1], len(shapes)
     regressors = np.hstack([responses.real, responses.imag, inputs.T])
-    R = linalg.qr(np.hstack([regressors, outputs.T]), mode="r", overwrite_a=True, check_finite=False)[0]
+    # of the modes of scipy.linalg.qr, "r" would copy as many rows of zeros as there are samples
+    R = linalg.qr(np.hstack([regressors, outputs.T]), mode="raw", overwrite_a=True, check_finite=False)[1]
     R, rotated = np.split(R[: regressors.shape[1]], [regressors.shape[1]], axis=1)
     seen = np.tile(shapes, k // shapes.shape[1])[:, None, :]
     real = 2 * (seen.real * R[:, :k] - seen.imag * R[:, k : 2 * k])

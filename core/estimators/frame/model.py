@@ -75,6 +75,12 @@ def heights(floors: int) -> Vector:
 
 
 @cache
+def turning(floors: int) -> Matrix:
+    """(floors, floors) flexibility of a base that rotates under a rigid frame, 1 at the roof."""
+    return np.outer(heights(floors), heights(floors))
+
+
+@cache
 def cantilever(floors: int) -> Matrix:
     """(floors, floors) flexibility of a uniform cantilever that bends as a whole, 1 at the roof."""
     low, high = np.minimum.outer(heights(floors), heights(floors)), np.maximum.outer(heights(floors), heights(floors))
@@ -102,8 +108,8 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, b
     condensation = np.eye(2 * floors, floors)
     condensation[floors:] = -np.linalg.solve(whole[floors:, floors:], whole[floors:, :floors])
     flexibility = np.asarray(np.linalg.inv(condensation.T @ whole @ condensation), dtype=float)
-    shape, storeys = heights(storey_stiffness.size), float(np.sum(1 / storey_stiffness))
-    beside = rocking * np.outer(shape, shape) + bending * cantilever(shape.size)
+    storeys = float(np.sum(1 / storey_stiffness))
+    beside = rocking * turning(floors) + bending * cantilever(floors)
     stiffness = np.asarray(np.linalg.inv(flexibility + storeys * beside), dtype=float)
     return LateralStiffness(stiffness, storey_stiffness, joints, rocking, bending, condensation, flexibility)
 
@@ -245,7 +251,8 @@ class Superstructure:
         by_step = np.cumsum(by.by_storey[::-1], axis=0)[::-1]
         flexibilities = [by.by_rocking, by.by_joints, by.by_bending]
         by_parameter = np.concatenate([[self.lateral.stiffness], by_step, flexibilities])
-        return np.asarray(self.shapes.T @ by_parameter @ self.shapes)
+        half = by_parameter.reshape(-1, self.mass.size) @ self.shapes
+        return np.asarray(self.shapes.T @ half.reshape(by_parameter.shape))
 
     @cached_property
     def changes(self) -> tuple[Matrix, Tensor, Matrix]:
@@ -286,7 +293,7 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
     rocking, joints, bending = np.exp(parameters[layout.flexibilities])
     lateral = lateral_stiffness(stiffness, float(joints), float(rocking), float(bending))
     root = np.sqrt(mass)
-    squared, vectors = np.linalg.eigh(lateral.stiffness / np.outer(root, root))
+    squared, vectors = np.linalg.eigh(lateral.stiffness / (root[:, None] * root))
     shapes = vectors / root[:, None] * np.sign(vectors[-1])
     return Superstructure(
         mass=mass,
