@@ -151,7 +151,7 @@ def _unit(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
     centred = trace.samples - (0.0 if channel.quantity == "temperature" else np.median(trace.samples))
     peak, limit = float(np.abs(centred).max()), LARGEST[channel.quantity]
     # A single wild sample is a spike; a wrong unit shows in a share of the record.
-    if np.quantile(np.abs(centred), 0.999) <= limit:
+    if peak <= limit or np.quantile(np.abs(centred), 0.999) <= limit:
         return None
     message = (
         f"reaches {peak:.4g} as a {channel.quantity}, more than {limit:g} (SI); check the unit (gal are 0.01 m/s², "
@@ -219,7 +219,8 @@ def _fall(samples: Vector, start: int, stop: int) -> float:
 def _without_spikes(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
     distance = np.abs(trace.samples - median_filter(trace.samples, SPIKE_WINDOW, mode="nearest"))
     wild = distance > SPIKE * _running_level(distance, trace.rate)
-    wild &= distance > SPIKE_SHARE * np.quantile(np.abs(trace.samples - np.median(trace.samples)), 0.999)
+    if wild.any():
+        wild &= distance > SPIKE_SHARE * np.quantile(np.abs(trace.samples - np.median(trace.samples)), 0.999)
     count = int(wild.sum())
     if channel.quantity == "temperature" or not count:
         return trace, ()

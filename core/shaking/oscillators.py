@@ -34,9 +34,7 @@ def oscillator_motion(
     return displacement, oscillator_velocity(acceleration, rate, angular_frequency, damping_ratio)
 
 
-def oscillator_velocity(
-    acceleration: Samples, rate: float, angular_frequency: float, damping_ratio: float
-) -> Samples:
+def oscillator_velocity(acceleration: Samples, rate: float, angular_frequency: float, damping_ratio: float) -> Samples:
     """(..., n) m/s, the velocity of `oscillator_motion` alone.
 
     Args: as of `oscillator_motion`.

@@ -67,11 +67,23 @@ def calibrated(problem: Problem, start: Vector) -> Calibration:
         problem: lines, design and hypothesis.
         start: (size,) parameters.
     """
-    return on_all_lines(problem, on_some_lines(problem, start))
+    here, has_settled = _best_by_some_lines(problem, start)
+    if here.problem.lines.angular.size == problem.lines.angular.size:
+        return _result(here, has_settled)
+    return _result(*_settled(problem, here.parameters, here.variances))
+
+
+def best_by_some_lines(problem: Problem, start: Vector) -> Vector:
+    """(size,) parameters of greatest posterior probability by as many lines as `on_some_lines` uses."""
+    return _best_by_some_lines(problem, start)[0].parameters
 
 
 def on_some_lines(problem: Problem, start: Vector) -> Calibration:
     """Calibration by about ENOUGH evenly spread lines; by all where there are less than twice as many."""
+    return _result(*_best_by_some_lines(problem, start))
+
+
+def _best_by_some_lines(problem: Problem, start: Vector) -> tuple[Evaluation, bool]:
     few = replace(problem, lines=some_lines(problem.lines))
     return _settled(few, start, first_variances(few))
 
@@ -83,12 +95,15 @@ def some_lines(lines: Lines) -> Lines:
 
 def on_all_lines(problem: Problem, near: Calibration) -> Calibration:
     """Calibration by all lines, started from that by some."""
-    return near if near.lines == problem.lines.angular.size else _settled(problem, near.parameters, near.variances)
+    if near.lines == problem.lines.angular.size:
+        return near
+    return _result(*_settled(problem, near.parameters, near.variances))
 
 
-def _settled(problem: Problem, start: Vector, variances: Variances) -> Calibration:
+def _settled(problem: Problem, start: Vector, variances: Variances) -> tuple[Evaluation, bool]:
+    """The evaluation at which a calibration ends, and whether it has settled."""
     first = evaluated(problem, start, variances)
-    return _result(*minimised(first, _step, _has_settled, FIRST_DAMPING, STEPS))
+    return minimised(first, _step, _has_settled, FIRST_DAMPING, STEPS)
 
 
 def _step(here: Evaluation, damping: Damping) -> Step[Evaluation] | None:

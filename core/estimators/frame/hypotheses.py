@@ -9,6 +9,7 @@ from core.arrays import Vector
 from core.estimators.frame.calibration import (
     ENOUGH,
     Calibration,
+    best_by_some_lines,
     best_start,
     calibrated,
     log_evidence,
@@ -266,7 +267,7 @@ def _annealed(doubt: Problem, start: Vector) -> Vector:
     parameters = start
     for power in ANNEALING:
         noisy = replace(doubt, lines=replace(coarse, noise=power * coarse.noise))
-        parameters = calibrated(noisy, parameters).parameters
+        parameters = best_by_some_lines(noisy, parameters)
     return parameters
 
 

@@ -9,6 +9,7 @@ sum of squares.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,7 +25,7 @@ FIRST_SHARE = 0.01
 """Share of the record's power at which the search for the variances starts. A choice."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for the cached property
 class Responses:
     """Responses of the channels to the inputs, line by line."""
 
@@ -40,6 +41,18 @@ class Responses:
     def base(self) -> ComplexMatrix:
         """(channels, lines) h."""
         return np.asarray(self.acting[0])
+
+    @cached_property
+    def unmodelled(self) -> tuple[ComplexTensor, ComplexTensor]:
+        """Two (channels - 1, channels - 1, lines) covariances of the floors' channels: by rocking, and by accelerations
+        of every floor alone, of variance 1."""
+        channels, lines = self.acting.shape[1] - 1, self.acting.shape[2]
+        rocking, floors = (np.empty((channels, channels, lines), dtype=complex) for _ in range(2))
+        for row, column in zip(*np.tril_indices(channels), strict=True):
+            met = self.acting[1:, 1 + row] * self.acting[1:, 1 + column].conj()
+            rocking[row, column], floors[row, column] = met[0], met[1:].sum(axis=0)
+            rocking[column, row], floors[column, row] = rocking[row, column].conj(), floors[row, column].conj()
+        return rocking, floors
 
     def on(self, part: slice) -> "Responses":
         """Responses at a part of the lines."""
@@ -131,13 +144,11 @@ def variance_at(
         local: (channels - 1, channels - 1, lines) covariance of a motion seen at sensors alone, over the noise.
         dynamic_share: of the floors' own motion that acts through the structure; the rest is local.
     """
-    variance = (floors * (1 - dynamic_share) * local).astype(complex)
-    for row, column in zip(*np.tril_indices(len(local)), strict=True):
-        met = given.acting[1:, 1 + row] * given.acting[1:, 1 + column].conj()
-        variance[row, column] += rocking * met[0] + floors * dynamic_share * met[1:].sum(axis=0)
-        variance[column, row] = variance[row, column].conj()
-        if row == column:
-            variance[row, row] += 1.0
+    by_rocking, by_floors = given.unmodelled
+    variance = rocking * by_rocking + (floors * dynamic_share) * by_floors
+    variance += floors * (1 - dynamic_share) * local
+    diagonal = np.arange(len(local))
+    variance[diagonal, diagonal] += 1.0
     return np.asarray(variance)
 
 
