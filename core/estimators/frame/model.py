@@ -106,12 +106,24 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, b
     columns, girders = _parts(floors := storey_stiffness.size)
     whole = (storey_stiffness @ (columns + girders / joints).reshape(floors, -1)).reshape(2 * floors, -1)
     condensation = np.eye(2 * floors, floors)
-    condensation[floors:] = -np.linalg.solve(whole[floors:, floors:], whole[floors:, :floors])
-    flexibility = np.asarray(np.linalg.inv(condensation.T @ whole @ condensation), dtype=float)
+    condensation[floors:] = -_solution(whole[floors:, floors:], whole[floors:, :floors])
+    flexibility = _solution(condensation.T @ whole @ condensation, np.eye(floors))
     storeys = float(np.sum(1 / storey_stiffness))
     beside = rocking * turning(floors) + bending * cantilever(floors)
-    stiffness = np.asarray(np.linalg.inv(flexibility + storeys * beside), dtype=float)
+    stiffness = _solution(flexibility + storeys * beside, np.eye(floors))
     return LateralStiffness(stiffness, storey_stiffness, joints, rocking, bending, condensation, flexibility)
+
+
+def _solution(matrix: Matrix, right: Matrix) -> Matrix:
+    """Solution with a positive definite matrix by LAPACK itself: numpy's checks take longer for so few floors.
+
+    Raises:
+        LinAlgError: the matrix is not positive definite.
+    """
+    _, solution, status = linalg.lapack.dposv(matrix, right)
+    if status:
+        raise np.linalg.LinAlgError("a stiffness matrix of the frame is not positive definite")
+    return np.asarray(solution)
 
 
 def _scaled_parts(storey_stiffness: Vector, joints: float) -> tuple[Tensor, Tensor]:
@@ -316,14 +328,17 @@ def modal_changes(structure: Superstructure) -> tuple[Matrix, Tensor, Matrix]:
     floors, ω, (α, η, β) = structure.mass.size, np.sqrt(structure.squared), structure.damping
     total = 4 + 2 * floors
     masses = slice(1 + floors, 1 + 2 * floors)
-    stiffness, inertia = np.zeros((total, ω.size, ω.size)), np.zeros((total, ω.size, ω.size))
-    stiffness[np.r_[: 1 + floors, 1 + 2 * floors : total]] = structure.stiffness_derivatives
-    moved = np.diag(structure.mass) - np.outer(structure.mass, structure.mass) / structure.mass.sum()
-    inertia[masses] = np.einsum("im,ki,in->kmn", structure.shapes, moved, structure.shapes)
-    of_squared = np.einsum("kmm->km", stiffness) - structure.squared * np.einsum("kmm->km", inertia)
-    apart = structure.squared - structure.squared[:, None] + np.diag(np.full(ω.size, np.inf))
-    mixed = (stiffness - structure.squared * inertia) / apart
-    mixed[:, np.arange(ω.size), np.arange(ω.size)] = -np.einsum("kmm->km", inertia) / 2
+    moved = np.diag(structure.mass) - structure.mass[:, None] * (structure.mass / structure.mass.sum())
+    inertia = structure.shapes.T @ (moved[:, :, None] * structure.shapes)
+    change, diagonal = np.empty((total, ω.size, ω.size)), np.arange(ω.size)
+    change[: 1 + floors] = structure.stiffness_derivatives[: 1 + floors]
+    change[masses] = -structure.squared * inertia
+    change[1 + 2 * floors :] = structure.stiffness_derivatives[1 + floors :]
+    of_squared = change[:, diagonal, diagonal]
+    apart = structure.squared - structure.squared[:, None]
+    apart[diagonal, diagonal] = np.inf
+    mixed = change / apart
+    mixed[masses, diagonal, diagonal] = -inertia[:, diagonal, diagonal] / 2
     of_ratios = structure.modal_damping * of_squared / (2 * ω) * (α / 2 - β / (2 * structure.squared))
     by_damping = structure.modal_damping * np.array([α * ω / 2, np.full(ω.size, η / 2), β / (2 * ω)])
     return (
