@@ -15,7 +15,7 @@ from math import log
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.diagnosis.candidate_search import is_excited, unusual_length
+from core.diagnosis.candidate_search import is_excited, unusual_length, unusual_speed
 from core.effects import EFFECTS
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
@@ -98,6 +98,8 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
     if not is_excited(effect, observations):
         if "ground" in about.needs:
             yield "it depends on the acceleration of the ground, which no record has"
+        elif "axial_load" in about.needs:
+            yield "it depends on the vertical motion, which no record has"
         else:
             yield "it depends on motion in the other direction, which no record has"
     yield from ends(effect, fit)
@@ -107,6 +109,9 @@ def _doubts(effect: str, fit: Fit, observations: Sequence[Observation]) -> Itera
             yield f"{length.name} is rather the length of a damper that yields ({length.meaning})"
         else:
             yield f"{length.name} is rather the length of a slider ({length.meaning})"
+    speed = unusual_speed(effect, fit.model)
+    if speed is not None:
+        yield f"{speed.name} is rather that of friction which hardly changes with the speed ({speed.meaning})"
     for name, simple in about.special.items():
         if (effect, name) not in fit.free:
             continue

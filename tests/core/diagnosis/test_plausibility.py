@@ -15,7 +15,7 @@ from core.estimators.result import RestoringForce
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, fitted
 from core.fitting.observation import Observation
-from core.model.isolator import Isolator
+from core.model.isolator import Conditions, Isolator
 
 
 @cache
@@ -98,6 +98,22 @@ def test_a_mass_that_swings_as_the_building_does_is_a_wrong_mass_of_it(
         assert against is not None
         assert against.is_impossible
         assert against.reason.startswith(reason)
+
+
+@pytest.mark.parametrize(("speed", "is_doubtful"), [(0.05, False), (0.2, True)])
+def test_an_excess_that_hardly_fades_is_rather_friction(speed: float, is_doubtful: bool) -> None:
+    values = {"excess": 3e5, "v_s": speed, "slip": 5e-4, "form": 0.0, "direct": 0.0}
+    truth = Isolator({**BOUC_WEN.effects, "breakaway": values})
+    fading = observations(truth, 0.01, 3)
+    reason = implausible("breakaway", fitted(FitData.by_noise(fading), truth), fading)
+    assert (reason is not None and reason.startswith("v_s is rather that of friction")) == is_doubtful
+
+
+def test_friction_that_follows_the_load_is_doubtful_where_no_record_has_vertical_motion() -> None:
+    dead = [replace(one, conditions=Conditions.usual(one.layer.force.size, RATE)) for one in seen()]
+    model = Isolator({**BOUC_WEN.effects, "load_friction": {}})
+    result = replace(fit(BOUC_WEN), model=model)
+    assert implausible("load_friction", result, dead) == "it depends on the vertical motion, which no record has"
 
 
 @pytest.mark.parametrize("value", [1e-5, 0.5])

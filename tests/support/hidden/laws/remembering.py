@@ -202,7 +202,7 @@ LAWS = (
     ),
     Law(
         "vertical_load_friction",
-        "vertical_load",
+        "load_friction",
         "another",
         vertical_friction,
         lambda layer, rng: {"sliding": layer.peak_force * 0.1, "length": 10 ** rng.uniform(-4.0, -2.7)},

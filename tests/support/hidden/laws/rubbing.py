@@ -28,11 +28,21 @@ def dahl(z, travel):
     return sign + (z - sign) * math.exp(-abs(travel))
 
 
-def friction(p, s, s1, step, past):
+@njit
+def sliding(p, s, s1, step):
     """Constantinou, Mokha and Reinhorn (1990): slow sliding has less of it, and it bites over an elastic length."""
     fast, lost, sharp, length = p[0], p[1], p[2], p[3]
     s1[0] = slid(s[0], (step.u - step.u0) / length)
     return fast * (1.0 - lost * math.exp(-sharp * abs(step.v))) * s1[0]
+
+
+def friction(p, s, s1, step, past):
+    return sliding(p, s, s1, step)
+
+
+def load_friction(p, s, s1, step, past):
+    """The same under the vertical load of each instant."""
+    return (1.0 + step.vertical) * sliding(p, s, s1, step)
 
 
 def smooth_friction(p, s, s1, step, past):
@@ -195,19 +205,23 @@ def _length(low, high):
 
 SLIP = _length(1e-4, 3e-3)
 LAWS = (
-    Law(
-        "friction",
-        "friction",
-        "same",
-        friction,
-        lambda layer, rng: {
-            "fast": layer.peak_force * SHARE,
-            "lost": rng.uniform(0.1, 0.8),
-            "sharp": 10 ** rng.uniform(0.7, 2.0),
-            "length": SLIP(rng),
-        },
-        ("fast",),
-        states=1,
+    *(
+        Law(
+            name,
+            name,
+            "same",
+            advance,
+            lambda layer, rng: {
+                "fast": layer.peak_force * SHARE,
+                "lost": rng.uniform(0.1, 0.8),
+                "sharp": 10 ** rng.uniform(0.7, 2.0),
+                "length": SLIP(rng),
+            },
+            ("fast",),
+            states=1,
+            needs=needs,
+        )
+        for name, advance, needs in (("friction", friction, ()), ("load_friction", load_friction, ("vertical",)))
     ),
     Law(
         "smooth_friction",
