@@ -1,7 +1,8 @@
 """Faults of sensors, judged by several earthquakes together.
 
 A finding of the screening counts where it recurs in half of the earthquakes or more: what fails once was mended or left
-out there. Gains and clocks are judged by all records at once (core.sensors.sensor_errors).
+out there. Gains and clocks are judged by all records at once (core.sensors.sensor_errors). A transducer's drift that is
+likely in half of the earthquakes is certain if the sum of its squared certainties is.
 """
 
 from collections import defaultdict
@@ -16,7 +17,7 @@ from core.analysis import EventAnalysis
 from core.description import BuildingDescription
 from core.record import Channel, Finding, Quantity
 from core.rounding import with_std
-from core.sensors.resting_level import BaselineDrift, baseline_drift, transducer_drift
+from core.sensors.resting_level import LIKELY_CHANGE, BaselineDrift, baseline_drift, transducer_drift
 from core.sensors.sensor_errors import SensorError, sensor_errors
 
 
@@ -166,11 +167,14 @@ def _rests(channel: Channel, description: BuildingDescription) -> bool:
 
 
 def _drift_fault(channel: Channel, known: Sequence[BaselineDrift]) -> BuildingFault | None:
-    smallest = SMALLEST_CREEP[channel.quantity]
-    certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > smallest]
+    large = [one for one in known if one.share > SMALLEST_CREEP[channel.quantity]]
+    certain = [one for one in large if one.certainty > CERTAIN]
+    if channel.quantity == "displacement" and len(certain) < AGAIN * len(known):
+        likely = [one for one in large if one.certainty > LIKELY_CHANGE]
+        certain = likely if np.linalg.norm([one.certainty for one in likely]) > CERTAIN else []
     if not certain or len(certain) < AGAIN * len(known):
         return None
-    worst = max(certain, key=lambda one: abs(one.change) / one.std)
+    worst = max(certain, key=lambda one: one.certainty)
     unit, scale = ("mm", 1000) if channel.quantity == "displacement" else ("gal", 100)
     fault = (
         f"its level changes by {with_std(scale * worst.change, scale * worst.std)} {unit} while the building is at "

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from core.arrays import Mask, Matrix, Vector
 from core.record import Channel, Finding, Quantity, Trace
@@ -46,8 +47,12 @@ SETTLING = 0.6
 to rest: it creeps. Chosen on even seeds of benchmarks.diagnosis."""
 CERTAIN_CHANGE = 4.0
 """Standard deviations that the change in the second half must be of. A choice."""
-SLOWEST = 3
-"""Degree of the polynomial that a transducer's drift is removed with: levels and slopes before and after the motion."""
+LIKELY_CHANGE = 1.5
+"""The same where several records may show it together. Chosen on even seeds of benchmarks.diagnosis: of trials without
+a drift, one record of five reached it at most."""
+SLOWEST, FASTEST = 3, 5
+"""Least degree of the polynomial that a transducer's drift is removed with, for the levels and slopes before and after
+the motion; and the largest, if the levels support it."""
 
 
 def without_jump(trace: Trace, channel: Channel) -> tuple[Trace, tuple[Finding, ...]]:
@@ -146,6 +151,11 @@ class BaselineDrift:
     share: float
     """Absolute change over the record's largest absolute value."""
 
+    @property
+    def certainty(self) -> float:
+        """Standard deviations that the change is of."""
+        return abs(self.change) / self.std
+
 
 def baseline_drift(samples: Vector, rate: float) -> BaselineDrift | None:
     """Change of an accelerometer's level while the building is at rest; None without two successive blocks at rest.
@@ -162,7 +172,8 @@ def transducer_drift(samples: Vector, rate: float) -> BaselineDrift | None:
     """Change of a transducer's level that no motion of the layer makes; None if the record cannot show any.
 
     A layer with friction or rubber that relaxes creeps: the level changes after the motion and ever more slowly. A
-    transducer that drifts does so before the motion too, and does not settle after it.
+    transducer that drifts does so before the motion too, and does not settle after it. A change that is only likely is
+    returned too, with its standard deviation: several records may show it together.
 
     Args:
         samples: (n,) m, across the layer.
@@ -172,11 +183,12 @@ def transducer_drift(samples: Vector, rate: float) -> BaselineDrift | None:
     runs = _runs(known.quiet)
     before = [run for run in runs if run[0] == 0 and run[1] > 1]
     after = [run for run in runs if run[0] > 0 and run[1] == known.quiet.size and run[1] - run[0] > 2]
-    drifting = [run for run in after if not _settles(known, *run)]
     if not after and not before:
         return None
-    found = _largest_change(samples, known, [*before, *drifting])
-    return found or BaselineDrift(0.0, RESOLUTION, 0.0)
+    drifting = [run for run in after if not _settles(known, *run, CERTAIN_CHANGE)]
+    found = _largest_change(samples, known, [*before, *drifting]) or BaselineDrift(0.0, RESOLUTION, 0.0)
+    likely = [_late_change(samples, known, *run) for run in after if not _settles(known, *run, LIKELY_CHANGE)]
+    return max((found, *likely), key=lambda one: one.certainty)
 
 
 def without_drift(samples: Vector, rate: float) -> Vector:
@@ -189,11 +201,37 @@ def without_drift(samples: Vector, rate: float) -> Vector:
         rate: Hz.
     """
     known = _levels(samples, rate)
-    if known.level.size <= SLOWEST:
+    count = known.level.size
+    if count <= SLOWEST:
         return samples
-    place = (np.arange(known.level.size) + 0.5) * _block_length(rate) / samples.size
-    shape = np.polynomial.Polynomial.fit(place, known.level, SLOWEST, domain=[0, 1], w=1 / known.std)
-    return np.asarray(samples - shape(np.arange(samples.size) / samples.size))
+    place = (np.arange(count) + 0.5) * _block_length(rate) / samples.size
+    degrees = [degree for degree in range(SLOWEST, FASTEST + 1) if count > degree + 3] or [SLOWEST]
+    level = _windowed_levels(samples, rate)
+    shapes = [Polynomial.fit(place, level, degree, domain=[0, 1], w=1 / known.std) for degree in degrees]
+    left = [(level - one(place)) / known.std for one in shapes]
+    best = min(range(len(shapes)), key=lambda n: _criterion(left[n], degrees[n])) if len(shapes) > 1 else 0
+    return np.asarray(samples - shapes[best](np.arange(samples.size) / samples.size))
+
+
+def _windowed_levels(samples: Vector, rate: float) -> Vector:
+    """(blocks,) levels in the middle of blocks: of straight lines through twice their length, by Hann's window. They
+    hold far less of the layer's motion than the means of blocks do."""
+    length = _block_length(rate)
+    window, time = np.hanning(2 * length + 1)[:-1], np.arange(-length, length)
+    levels = np.empty(samples.size // length)
+    for block in range(levels.size):
+        at = block * length + length // 2 + time
+        here = (at >= 0) & (at < samples.size)
+        levels[block] = np.polynomial.polynomial.polyfit(time[here], samples[at[here]], 1, w=np.sqrt(window[here]))[0]
+    return levels
+
+
+def _criterion(left: Vector, degree: int) -> float:
+    """Akaike's criterion, corrected for few values (Hurvich & Tsai 1989), of a polynomial that leaves these values over
+    their standard deviations. Those are upper bounds: their scale is fitted too."""
+    count, free = left.size, degree + 2
+    power = float(np.mean(left**2)) + np.finfo(float).tiny
+    return count * float(np.log(power)) + 2 * free * count / (count - free - 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -221,8 +259,16 @@ def _largest_change(samples: Vector, known: _Levels, runs: Sequence[tuple[int, i
     ]
     if not changes:
         return None
-    change, error = max(changes, key=lambda pair: abs(pair[0]) / pair[1])
-    return BaselineDrift(change, error, abs(change) / float(np.abs(samples).max()))
+    return _drift(samples, *max(changes, key=lambda pair: abs(pair[0]) / pair[1]))
+
+
+def _late_change(samples: Vector, known: _Levels, first: int, end: int) -> BaselineDrift:
+    """Change in the second half of a stretch at rest."""
+    return _drift(samples, *_change(known, (first + end - 1) // 2, end - 1))
+
+
+def _drift(samples: Vector, change: float, std: float) -> BaselineDrift:
+    return BaselineDrift(change, std, abs(change) / float(np.abs(samples).max()))
 
 
 def _change(known: _Levels, earlier: int, later: int) -> tuple[float, float]:
@@ -230,11 +276,12 @@ def _change(known: _Levels, earlier: int, later: int) -> tuple[float, float]:
     return float(known.level[later] - known.level[earlier]), float(np.hypot(known.std[earlier], known.std[later]))
 
 
-def _settles(known: _Levels, first: int, end: int) -> bool:
-    """True if the level in [first, end) changes ever more slowly, or not beyond doubt in the second half."""
+def _settles(known: _Levels, first: int, end: int, certain: float) -> bool:
+    """True if the level in [first, end) changes ever more slowly, or by less than so many standard deviations in the
+    second half."""
     middle = (first + end - 1) // 2
     (early, _), (late, error) = _change(known, first, middle), _change(known, middle, end - 1)
-    return abs(late) < CERTAIN_CHANGE * error or (late * early > 0 and abs(late) < SETTLING * abs(early))
+    return abs(late) < certain * error or (late * early > 0 and abs(late) < SETTLING * abs(early))
 
 
 def _std_about_trend(blocks: Matrix) -> Vector:

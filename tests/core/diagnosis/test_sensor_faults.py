@@ -22,8 +22,18 @@ def analysis(record: Record | None, *quality: Finding) -> EventAnalysis:
     )
 
 
-def earthquakes(errors: dict[str, Vector]) -> list[EventAnalysis]:
-    return [analysis(consistent_record(errors, 0.03, [7, number])) for number in range(2)]
+def earthquakes(errors: dict[str, Vector], count: int = 2) -> list[EventAnalysis]:
+    return [analysis(consistent_record(errors, 0.03, [7, number])) for number in range(count)]
+
+
+def drifting(change: float, count: int) -> list[EventAnalysis]:
+    """Earthquakes in which the transducer's level changes steadily, by so many metres."""
+    quakes = earthquakes(SOUND, count)
+    for quake in quakes:
+        assert quake.record is not None
+        row = [channel.id for channel in quake.record.channels].index(LAYER)
+        quake.record.samples[row] += change * np.linspace(0, 1, COUNT)
+    return quakes
 
 
 def the_only(result: tuple[BuildingFault, ...]) -> BuildingFault:
@@ -61,14 +71,16 @@ def test_a_gain_too_small_to_matter_is_passed_over() -> None:
 
 
 def test_a_drifting_transducer_is_reported() -> None:
-    quakes = earthquakes(SOUND)
-    for quake in quakes:
-        assert quake.record is not None
-        row = [channel.id for channel in quake.record.channels].index(LAYER)
-        quake.record.samples[row] += 0.02 * np.linspace(0, 1, COUNT)
-    suspect = the_only(sensor_faults(quakes, paper()))
+    suspect = the_only(sensor_faults(drifting(0.02, 2), paper()))
     assert (suspect.channel, suspect.kind) == (LAYER, "drift")
     assert "mm while the building is at rest" in suspect.message
+
+
+def test_a_drift_that_no_earthquake_shows_alone_is_certain_by_several() -> None:
+    """Its changes at rest are of 1.4 to 3.2 standard deviations."""
+    quakes = drifting(0.005, 4)
+    assert all(sensor_faults([one], paper()) == () for one in quakes)
+    assert the_only(sensor_faults(quakes, paper())).kind == "drift"
 
 
 def test_a_fault_that_comes_again_in_half_of_the_earthquakes_is_the_sensors() -> None:
