@@ -46,6 +46,11 @@ def heating_by_both(p, s, s1, step, past):
     return math.exp(-s1[0])
 
 
+def pendulum(p, s, s1, step, past):
+    """Ripples of a pendulum's stiffness under the vertical load; the layer's own stiffness is that under dead load."""
+    return p[0] * p[1] * step.vertical * step.u
+
+
 def by_rate(p, s, s1, step, past):
     """Strength that grows as a power of the speed, as that of lead (Robinson, 1982)."""
     return (1.0 + (step.v / p[1]) ** 2) ** (0.5 * p[0])
@@ -198,6 +203,16 @@ LAWS = (
         ("share",),
         limits={"share": 4.0},
         kind="strength",
+        needs=("vertical",),
+    ),
+    Law(
+        "pendulum",
+        "pendulum",
+        "same",
+        pendulum,
+        lambda layer, rng: {"share": rng.uniform(0.3, 1.0), "k": layer.k},
+        ("share",),
+        limits={"share": 1.0},
         needs=("vertical",),
     ),
     Law(
