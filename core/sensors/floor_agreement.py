@@ -36,6 +36,8 @@ A weaker limit than core.signals.conditioning.AT_REST, which decides on a baseli
 here: earlier motion only biases a gain."""
 FEWEST_LINES = 20
 """Fewest lines of the spectra. Not tuned."""
+BLOCKS = 8
+"""Stretches of lines whose residuals are independent. A choice: each is some ten lines, wider than a mode."""
 PER_FLOOR = 5
 """Unknowns of each floor: g, g c, g γ, the delay in the middle of the record and its rate."""
 
@@ -115,8 +117,7 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         return _residual(lines, columns(frequency, damping), unknown[2:].reshape(-1, PER_FLOOR))
 
     solution = scipy.optimize.least_squares(residual, start, x_scale="jac", method="lm")
-    left = 2 * solution.cost / max(1, solution.fun.size - solution.x.size)
-    covariance = scaled_inverse(solution.jac.T @ solution.jac)
+    covariance = _covariance(solution.jac, solution.fun, len(floors))
     gains = solution.x[2::PER_FLOOR]
     if not (gains > 0).all():
         return None
@@ -124,7 +125,28 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
     value, change = solution.x[places], np.ones(places.size)
     value[::3], change[::3] = np.log(gains), 1 / gains
     own = covariance[np.ix_(places, places)] * np.outer(change, change)
-    return FloorAgreement(value, own * HANN_CORRELATION * max(left, 1.0))
+    return FloorAgreement(value, own)
+
+
+def _covariance(slopes: Matrix, residual: Vector, floors: int) -> Matrix:
+    """(unknowns, unknowns) of the fit: of the noise, and of what the model leaves beyond it.
+
+    Noise is independent from line to line and from floor to floor. What a model leaves that lacks a mode, as of a tuned
+    mass, is neither: it is shared by neighbouring lines and by all floors, and passes for a late clock. The sum over
+    BLOCKS of lines that are independent of each other allows for it (Liang & Zeger 1986), as far as the residual
+    exceeds the noise.
+
+    Args:
+        slopes: (residuals, unknowns) derivatives of the residuals.
+        residual: (residuals,) floor by floor, line by line, real and imaginary part.
+        floors: number.
+    """
+    inverse = scaled_inverse(slopes.T @ slopes)
+    left = max(float(residual @ residual) / max(1, residual.size - slopes.shape[1]), 1.0)
+    pull = (slopes * residual[:, None]).reshape(floors, -1, 2, slopes.shape[1]).sum(axis=(0, 2))
+    blocks = np.array([block.sum(axis=0) for block in np.array_split(pull, BLOCKS)]) @ inverse
+    shared = blocks.T @ blocks * BLOCKS / (BLOCKS - 1)
+    return np.asarray(inverse * HANN_CORRELATION * left + shared * (1 - 1 / left))
 
 
 def _begins_at_rest(samples: Matrix, noise: Vector, rate: float) -> bool:
