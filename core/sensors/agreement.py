@@ -81,7 +81,13 @@ def low_spectra(samples: Matrix, rate: float) -> LowSpectra:
 
 
 def against(
-    channel: Channel, motion: ComplexVector, expected: ComplexVector, name: str, noise: float = 0.0
+    channel: Channel,
+    motion: ComplexVector,
+    expected: ComplexVector,
+    name: str,
+    *,
+    noise: float = 0.0,
+    below: float = BAND[1],
 ) -> Iterator[Fault]:
     """Fault of a channel that should move nearly as expected, if it has one.
 
@@ -91,6 +97,7 @@ def against(
         expected: (frequencies,) spectrum of the motion that it should have.
         name: of the expected motion, for messages.
         noise: power of the noise in the expected motion; if that is too much, the channel is not judged.
+        below: Hz, highest frequency, for messages.
     """
     cross = np.vdot(expected, motion)
     power, own = np.vdot(expected, expected).real - noise, np.vdot(motion, motion).real
@@ -98,11 +105,13 @@ def against(
         return
     coherence, gain = abs(cross) ** 2 / (power * own), float(cross.real / power)
     if coherence < COHERENT:
-        message = f"does not move with {name} below {BAND[1]} Hz (squared coherence {coherence:.2f}): check the sensor"
+        message = (
+            f"does not move with {name} below {below:.2g} Hz (squared coherence {coherence:.2f}): check the sensor"
+        )
         yield Fault("incoherent", channel, float(coherence), f"{message}. {LEFT_OUT}")
     elif gain < 0:
         message = f"moves opposite to {name}: its polarity is reversed. Reverse its sign and analyse again"
         yield Fault("reversed", channel, gain, message)
     elif not 1 / GAIN < gain < GAIN:
-        message = f"moves {gain:.3g} times as much as {name} below {BAND[1]} Hz: check its unit and gain"
+        message = f"moves {gain:.3g} times as much as {name} below {below:.2g} Hz: check its unit and gain"
         yield Fault("unit", channel, gain, f"{message}. {LEFT_OUT}")

@@ -1,8 +1,8 @@
 """Clocks of the channels within one event: constant delays and jumps, window by window.
 
-Below the first fixed-base frequency every level above the isolators moves as the base slab but for its quasi-static
-deflection, so that its delay shows. The layer's displacement x relates both sides: x'' = a_base − a_ground. Without a
-displacement, nothing relates the ground's clock to the others.
+Well below the first fixed-base frequency every level above the isolators moves as the base slab but for its
+quasi-static deflection, so that its delay shows. The layer's displacement x relates both sides: x'' = a_base −
+a_ground. Without a displacement, nothing relates the ground's clock to the others.
 
 All delays are estimated relative to the base slab, and reported relative to the median of the channels: if the base
 slab alone is late, it is the one that is named.
@@ -15,13 +15,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
+from core.arrays import ComplexMatrix, ComplexVector, Mask, Matrix, Vector
+from core.building import ShearBuilding, fixed_base_modes
 from core.description import BuildingDescription
 from core.record import Channel, Direction, Finding, Quantity, Record
 from core.signals.spectra import hann_spectra, second_derivative
 
 BAND = (0.2, 0.7)
-"""Hz, above the accelerometers' drift and below the first fixed-base frequency."""
+"""Hz, above the accelerometers' drift and below the first fixed-base frequency of all but tall buildings."""
+BELOW_FIRST = 0.7
+"""Highest frequency over the first fixed-base frequency at which levels move as one body but for a quasi-static
+deflection, which is then as much again as the base slab's motion. Not tuned."""
+PERIOD_PER_STOREY, PERIOD_PER_METRE = 0.1, 0.02
+"""s, usual first fixed-base period for each storey, and for each metre of height (Building Standard Law of Japan,
+Notification 1793 of 1980: concrete)."""
+FEWEST_LINES = 5
+"""Lines of a spectrum with which two levels can be compared. A choice."""
 UNEXPLAINED = 0.03
 """Share of a window's power that may remain with the delays removed. Not tuned."""
 LATE = 0.03
@@ -38,6 +47,33 @@ ROUNDS = 3
 """Gauss-Newton iterations after the first: the phase of 0.15 s at 0.7 Hz is not small."""
 MAJORITY = 3
 """Fewest clocks whose median is a reference: with two, neither outvotes the other."""
+
+
+def one_body_below(description: BuildingDescription) -> float:
+    """Hz, up to which all levels above the isolators move as one body but for their quasi-static deflection.
+
+    From the first fixed-base frequency of the design, if the storeys' stiffness is given, else of usual buildings with
+    as many storeys or as high, whichever is lower.
+    """
+    floors, stiffness = description.floors, description.storey_stiffness
+    if stiffness is not None:
+        building = ShearBuilding(description.base_mass, description.floor_mass, stiffness, 0.0)
+        first = float(fixed_base_modes(building).angular_frequency[0]) / (2 * np.pi)
+    else:
+        height = sum(floor.height or 0.0 for floor in floors)
+        first = 1 / max(PERIOD_PER_STOREY * len(floors), PERIOD_PER_METRE * height)
+    return min(BAND[1], BELOW_FIRST * first)
+
+
+def one_body(frequency: Vector, description: BuildingDescription) -> Mask:
+    """(lines,) True where all levels above the isolators move as one body; nowhere if too few lines do.
+
+    Args:
+        frequency: (lines,) Hz, within BAND.
+        description: of the building.
+    """
+    below = frequency <= one_body_below(description)
+    return np.asarray(below & (np.count_nonzero(below) >= FEWEST_LINES))
 
 
 def clock_faults(
@@ -101,14 +137,15 @@ def _delays(
     used = [base, *floors, *sides]
     ω, windows = _windowed(used, record.rate)
     delays = np.full((len(windows), len(used)), np.nan)
+    low = one_body(ω / (2 * np.pi), description)
     power = np.array([np.vdot(spectra[0], spectra[0]).real for _, spectra in windows])
     strong = power > STRONG * power.max(initial=0.0)
     for i in np.flatnonzero(strong):
         delay, (slopes, spectra) = delays[i], windows[i]
         base_motion = np.vstack([spectra[0], slopes[0]])
         delay[0] = 0.0
-        for place in range(1, len(floors) + 1):
-            delay[place] = _floor_delay(ω, spectra[place], slopes[place + 1], base_motion)
+        for place in range(1, len(floors) + 1) if low.any() else ():
+            delay[place] = _floor_delay(ω[low], spectra[place, low], slopes[place + 1, low], base_motion[:, low])
         if sides:
             delay[-2:] = _layer_delays(ω, spectra[0], spectra[-2], spectra[-1])
     return [channel for channel, _ in used], delays

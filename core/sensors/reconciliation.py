@@ -1,8 +1,8 @@
 """One motion for each level from all sensors, and the channels that contradict the others.
 
-Below the first fixed-base frequency all levels above the isolators move nearly together, higher ones slightly more (the
-quasi-static deflection of a shear building grows with height), and the layer's displacement is the difference of the
-motion above and below it. A channel that is reversed, swapped, late or in another unit contradicts this.
+Well below the first fixed-base frequency all levels above the isolators move nearly together, higher ones slightly
+more (the quasi-static deflection of a shear building grows with height), and the layer's displacement is the difference
+of the motion above and below it. A channel that is reversed, swapped, late or in another unit contradicts this.
 """
 
 from collections.abc import Iterator, Mapping
@@ -11,12 +11,12 @@ from itertools import combinations, product
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, ComplexVector, Vector
+from core.arrays import ComplexMatrix, ComplexVector, Mask, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.record import Channel, Direction, Finding, Record
 from core.sensors.agreement import GAIN, LEFT_OUT, Fault, against, low_spectra
-from core.sensors.clock import clock_faults
+from core.sensors.clock import clock_faults, one_body, one_body_below
 from core.sensors.orientation import along_described_axes, oriented
 from core.sensors.rigid import RigidLevels, rigid_levels, unlike_neighbours
 
@@ -72,6 +72,10 @@ class _Spectra:
     """(frequencies,) Hz."""
     levels: Mapping[str, int]
     """Place of each level: 0 for the ground, 1 for the base slab."""
+    low: Mask
+    """(frequencies,) True where the levels above the isolators move as one body."""
+    below: float
+    """Hz, highest frequency at which they do."""
 
     def acceleration(self, place: int) -> ComplexVector | None:
         """(frequencies,) acceleration of the level at that place, or None."""
@@ -98,9 +102,21 @@ def disagreements(record: Record, description: BuildingDescription) -> tuple[Fin
     findings = [fault.finding(description) for fault in faults]
     for spectra in known:
         direction = spectra.channels[0].direction if spectra.channels else None
+        findings += _not_compared(spectra)
         if direction is not None and direction not in wrong:
             findings += clock_faults(record, description, direction, spectra.channels)
     return tuple(findings)
+
+
+def _not_compared(spectra: _Spectra) -> Iterator[Finding]:
+    """A note where floors cannot be compared with the base slab: the building is too tall for so short a record."""
+    floors = [one for one in spectra.channels if one.quantity == "acceleration" and spectra.levels[one.level] > 1]
+    if floors and not spectra.low.any():
+        message = (
+            f"direction {floors[0].direction}: the floors' sensors were not compared with the base slab's: so tall a "
+            f"building moves as one body below {spectra.below:.2g} Hz only, where this record says too little"
+        )
+        yield Finding("tall", "note", message)
 
 
 def _spectra(record: Record, description: BuildingDescription, direction: Direction) -> _Spectra | None:
@@ -116,7 +132,15 @@ def _spectra(record: Record, description: BuildingDescription, direction: Direct
         return None
     low = low.accelerations([record.channels[i].quantity for i in rows])
     kept = [record.channels[i] for i, usable in zip(rows, low.clear, strict=True) if usable]
-    return _Spectra(tuple(kept), low.values[low.clear], low.noise[low.clear].sum(axis=1), low.frequency, levels)
+    return _Spectra(
+        tuple(kept),
+        low.values[low.clear],
+        low.noise[low.clear].sum(axis=1),
+        low.frequency,
+        levels,
+        one_body(low.frequency, description),
+        one_body_below(description),
+    )
 
 
 def _swapped_across(known: list[_Spectra]) -> list[Fault]:
@@ -171,16 +195,28 @@ def _disagreeing(spectra: _Spectra) -> Iterator[Fault]:
     base = spectra.acceleration(1)
     if base is None:
         return
+    if spectra.low.any():
+        yield from _floors(_below(spectra), base[spectra.low])
+    yield from _layer(spectra, base)
+
+
+def _below(spectra: _Spectra) -> _Spectra:
+    """The spectra where the levels above the isolators move as one body."""
+    low = spectra.low
+    return replace(spectra, values=spectra.values[:, low], frequency=spectra.frequency[low], low=low[low])
+
+
+def _floors(spectra: _Spectra, base: ComplexVector) -> Iterator[Fault]:
     floors = [c for c in spectra.channels if c.quantity == "acceleration" and spectra.levels[c.level] > 1]
     right = []
     for channel in floors:
         floor = spectra.acceleration(spectra.levels[channel.level])
         if floor is not None:
-            faults = [*against(channel, floor, _deflected(spectra.frequency, base, floor), "the base slab")]
+            expected = _deflected(spectra.frequency, base, floor)
+            faults = [*against(channel, floor, expected, "the base slab", below=spectra.below)]
             yield from faults
             right += [] if faults else [channel]
     yield from _out_of_order(spectra, base, right)
-    yield from _layer(spectra, base)
 
 
 def _deflected(frequency: Vector, base: ComplexVector, floor: ComplexVector) -> ComplexVector:
@@ -227,7 +263,7 @@ def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[Fault]:
     if abs(p) > 0 and not 1 / GAIN < (q / p).real < GAIN and abs(p - 1) < 1 - 1 / GAIN:
         yield from against(below, ground, base - motion, "base slab minus displacement of the layer")
     else:
-        yield from against(channel, motion, base - ground, "base slab minus ground", noise)
+        yield from against(channel, motion, base - ground, "base slab minus ground", noise=noise)
 
 
 def _noise_between(spectra: _Spectra, base: ComplexVector, ground: ComplexVector) -> float:

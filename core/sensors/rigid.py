@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
+from core.arrays import ComplexMatrix, ComplexVector, Mask, Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.record import Channel, Finding, Quantity, Record
 from core.sensors.agreement import Fault, against, low_spectra
+from core.sensors.clock import one_body
 
 SHORTEST_ARM = 0.5
 """m, distance of two sensors below which they do not determine a torsion. Not tuned."""
@@ -140,25 +141,26 @@ def unlike_neighbours(record: Record, description: BuildingDescription) -> tuple
         record: complete channels relative to their position at rest, any number per level and direction.
         description: of the building.
     """
-    channels, values = _accelerations(record)
-    faults = [fault for rows in _groups(channels) for fault in _outvoted(channels, values, rows, description)]
+    channels, values, frequency = _accelerations(record)
+    low = one_body(frequency, description)
+    faults = [fault for rows in _groups(channels) for fault in _outvoted(channels, values, rows, description, low)]
     faulty = {fault.channel for fault in faults}
     right = [row for row, channel in enumerate(channels) if channel not in faulty]
     findings = (fault.finding(description) for fault in faults)
     return (*findings, *_not_rigid([channels[row] for row in right], values[right]))
 
 
-def _accelerations(record: Record) -> tuple[list[Channel], ComplexMatrix]:
-    """Horizontal channels that are clear above their noise, and (channels, frequencies) their accelerations."""
+def _accelerations(record: Record) -> tuple[list[Channel], ComplexMatrix, Vector]:
+    """Horizontal channels that are clear above their noise, (channels, frequencies) accelerations, and frequencies."""
     rows = [row for row, channel in enumerate(record.channels) if channel.direction in ("x", "y")]
     channels = [record.channels[row] for row in rows]
     try:
         low = low_spectra(record.samples[rows], record.rate)
     except RecordError:  # too short to estimate its noise: no channel is judged
-        return [], np.empty((0, 0), dtype=complex)
+        return [], np.empty((0, 0), dtype=complex), np.empty(0)
     accelerations = low.accelerations([channel.quantity for channel in channels])
     kept = [channel for channel, usable in zip(channels, low.clear, strict=True) if usable]
-    return kept, accelerations.values[low.clear]
+    return kept, accelerations.values[low.clear], low.frequency
 
 
 def _groups(channels: Sequence[Channel]) -> Iterator[list[int]]:
@@ -170,10 +172,18 @@ def _groups(channels: Sequence[Channel]) -> Iterator[list[int]]:
 
 
 def _outvoted(
-    channels: Sequence[Channel], values: ComplexMatrix, rows: Sequence[int], description: BuildingDescription
+    channels: Sequence[Channel],
+    values: ComplexMatrix,
+    rows: Sequence[int],
+    description: BuildingDescription,
+    low: Mask,
 ) -> Iterator[Fault]:
-    others = _other_levels(channels, values, channels[rows[0]], description)
-    power = _power_of_level(channels, values, channels[rows[0]])
+    """Sensors of one level that do not move as their neighbours or, where (frequencies,) `low`, as other levels."""
+    own = channels[rows[0]]
+    if own.quantity == "acceleration" and own.level != description.ground.name and len(rows) < MAJORITY and low.any():
+        values = values[:, low]
+    others = _other_levels(channels, values, own, description) if low.any() else None
+    power = _power_of_level(channels, values, own)
     for row in rows:
         if len(rows) >= MAJORITY:
             expected, name = _median(values[list(rows)]), "its neighbours"

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 import torsion_building
 from biaxial_records import record_of, turned
-from building_models import BASE, GROUND, LAYER, ROOF, START, paper, segments
+from building_models import BASE, FOURTH, GROUND, LAYER, ROOF, START, paper, segments
 
 from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
+from core.description import BuildingDescription, Level
 from core.record import Record
+from core.sensors.clock import one_body_below
 from core.sensors.reconciliation import disagreements, reconciled
 from service.buildings.description import read
 
@@ -66,6 +68,46 @@ def test_a_layer_that_moves_less_than_its_sides_noise_is_not_judged(moved: float
     layer = sign * displacement(relative)
     samples = {GROUND: ground + noise[0], BASE: ground + relative + noise[1], LAYER: layer}
     assert reported(samples) == ([("reversed", LAYER)] if sign < 0 and moved == 1 else [])
+
+
+def tall(storeys: int) -> BuildingDescription:
+    """The paper's building with so many storeys."""
+    own = paper()
+    more = [Level(f"{n}th", "floor", 1e6) for n in range(storeys - len(own.floors))]
+    return replace(own, levels=(*own.levels[:-1], *more, own.levels[-1]))
+
+
+def found_in(description: BuildingDescription, samples: dict[str, Vector]) -> list[tuple[str, str, str | None]]:
+    channels = tuple(channel for channel in description.channels if channel.id in samples)
+    record = Record(START, RATE, channels, np.array([samples[channel.id] for channel in channels]))
+    return [(one.kind, one.severity, one.channel) for one in disagreements(record, description)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_first_mode_of_a_tall_building_is_no_fault(seed: int, sign: float) -> None:
+    """Twenty storeys, at 0.62 Hz: a roof in resonance with the base slab's motion. A reversed one is still found."""
+    base = motion(np.random.default_rng(seed), 0.6)
+    top = roof(base, 0.62)
+    samples = {BASE: base, FOURTH: (base + top) / 2, ROOF: sign * top}
+    assert found_in(tall(20), samples) == ([] if sign > 0 else [("reversed", "warning", ROOF)])
+
+
+def test_where_no_band_is_left_floors_are_not_judged_and_that_is_stated() -> None:
+    """Forty storeys, at 0.33 Hz."""
+    base = motion(np.random.default_rng(1), 0.4)
+    samples = {BASE: base, ROOF: -roof(base, 0.33)}
+    assert found_in(tall(40), samples) == [("tall", "note", None)]
+
+
+def test_height_and_stiffness_say_how_long_a_building_moves_as_one_body() -> None:
+    """Seven storeys of 8 m; one storey of 1000 t that has 0.9 Hz."""
+    own = paper()
+    high = replace(own, levels=(*own.levels[:2], *(replace(one, height=8.0) for one in own.floors)))
+    one = Level("RF", "floor", 1e6, stiffness=(2 * np.pi * 0.9) ** 2 * 1e6)
+    assert one_body_below(own) == 0.7
+    assert one_body_below(high) == pytest.approx(0.7 / (0.02 * 8.0 * len(own.floors)))
+    assert one_body_below(replace(own, levels=(*own.levels[:2], one))) == pytest.approx(0.63)
 
 
 DESCRIPTION = read(torsion_building.building_file(), Path("/")).description

@@ -8,7 +8,7 @@ from ground_motions import RATE
 from hypothesis import given, strategies as st
 
 from core.arrays import Vector
-from core.description import BuildingDescription
+from core.description import BuildingDescription, IsolationLayer, Level
 from core.record import Channel, Direction, Record
 from core.sensors.rigid import rigid_levels, unlike_neighbours
 
@@ -152,3 +152,25 @@ def test_too_short_a_record_gives_no_finding() -> None:
     description, samples = with_corners(BASE, 2)
     short = {name: values[: round(5 * RATE)] for name, values in samples.items()}
     assert unlike_neighbours(record_with(description, short), description) == ()
+
+
+@pytest.mark.parametrize("storeys", [20, 40])
+def test_two_sensors_on_the_roof_of_a_tall_building_are_compared_where_it_moves_as_one_body(storeys: int) -> None:
+    """At resonance with the base slab both of them would disagree with it."""
+    rng, count = np.random.default_rng(1), 6000
+    frequency = np.fft.rfftfreq(count, 1 / 100.0)
+    base = np.fft.irfft(
+        np.fft.rfft(rng.standard_normal(count)) * np.exp(-((np.log(np.maximum(frequency, 0.01) / 0.5)) ** 2)), count
+    ) * np.hanning(count)
+    first = 12.4 / storeys
+    transfer = 1 + 1.27 * frequency**2 / (first**2 - frequency**2 + 0.04j * frequency * first)
+    roof = np.fft.irfft(np.fft.rfft(base) * transfer, count)
+    floors = [Level(f"{n}th", "floor", 1e6) for n in range(storeys)]
+    levels = (Level("ground", "ground"), Level("slab", "base", 1e6), *floors)
+    channels = [Channel("slab", "slab", "acceleration", "x")]
+    channels += [Channel(name, floors[-1].name, "acceleration", "x", (0.0, 0.0)) for name in ("one", "other")]
+    description = BuildingDescription("TALL", "tall", levels, IsolationLayer(), tuple(channels))
+    twisted = Record(START, 100.0, tuple(channels), np.array([base, 1.5 * roof, 0.5 * roof]))
+    named = [(one.kind, one.channel) for one in unlike_neighbours(twisted, description)]
+    assert ("incoherent", "one") not in named
+    assert ("incoherent", "other") not in named
