@@ -14,8 +14,9 @@ from types import MappingProxyType
 import numpy as np
 
 from core.analysis import EventAnalysis
+from core.arrays import Vector
 from core.description import BuildingDescription
-from core.record import Channel, Finding, Quantity
+from core.record import Channel, Finding, Quantity, Record
 from core.rounding import with_std
 from core.sensors.resting_level import LIKELY_CHANGE, BaselineDrift, baseline_drift, transducer_drift
 from core.sensors.sensor_errors import SensorError, sensor_errors
@@ -153,10 +154,24 @@ def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingD
         for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
             if not _rests(channel, description):
                 continue
-            drifting = transducer_drift if channel.quantity == "displacement" else baseline_drift
-            if (drift := drifting(samples, analysis.rate)) is not None:
+            if channel.quantity == "displacement":
+                relative = _across(analysis.record, description, channel)
+                drift = transducer_drift(samples, analysis.rate, relative)
+            else:
+                drift = baseline_drift(samples, analysis.rate)
+            if drift is not None:
                 known[channel].append(drift)
     return [fault for channel, all_ in known.items() if (fault := _drift_fault(channel, all_)) is not None]
+
+
+def _across(record: Record, description: BuildingDescription, channel: Channel) -> Vector | None:
+    """(n,) m/s², acceleration of the base slab less the ground's in a channel's direction; None without either."""
+    if channel.direction is None:
+        return None
+    above, below = (
+        record.find(level.name, "acceleration", channel.direction) for level in (description.base, description.ground)
+    )
+    return None if above is None or below is None else above - below
 
 
 def _rests(channel: Channel, description: BuildingDescription) -> bool:

@@ -8,15 +8,18 @@ The record is divided into blocks; the mean of each estimates the level, with an
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
+import scipy
 from numpy.polynomial import Polynomial
 
 from core.arrays import Mask, Matrix, Vector
+from core.errors import RecordError
 from core.record import Channel, Finding, Quantity, Trace
 from core.signals.conditioning import position_at_rest
+from core.signals.noise import noise_std
 
 NOTABLE: Mapping[Quantity, float] = {"acceleration": 0.01, "velocity": 0.01, "displacement": 0.001}
 """SI units, offset from zero that is noted: 1 gal, 1 cm/s, 1 mm. Not tuned."""
@@ -42,6 +45,14 @@ QUIET = 0.1
 """Standard deviation over that of the strongest block below which a block is at rest. Not tuned.
 
 A weaker limit than core.signals.conditioning.AT_REST: motion that is left here enlarges the level's uncertainty."""
+SLOWEST_MOTION = 0.05
+"""Hz, lowest frequency of the motion that accelerations determine: a half cycle in two blocks. A choice."""
+NEAR_NOISE = 1.5
+"""Standard deviation of an acceleration over that of its noise up to which nothing moves: the first waves of an
+earthquake, longer than a block, displace a layer while hardly anything else is seen of them. A choice."""
+WANDER = 0.7
+"""Standard deviation by which a layer comes to lie elsewhere in the time of a block, over that of its motion. Chosen on
+even seeds of benchmarks.diagnosis: with 0.5, 0.7 and 1 the same drifts are found."""
 SETTLING = 0.6
 """Change of level in the second half of the rest after the motion over that in the first, up to which the layer comes
 to rest: it creeps. Chosen on even seeds of benchmarks.diagnosis."""
@@ -142,7 +153,7 @@ def _with_unit(value: float, quantity: Quantity) -> str:
 
 @dataclass(frozen=True, slots=True)
 class BaselineDrift:
-    """Difference between the two levels within one stretch at rest that differ most certainly."""
+    """Difference between two levels within one stretch at rest."""
 
     change: float
     """m or m/s², from the earlier to the later."""
@@ -165,30 +176,39 @@ def baseline_drift(samples: Vector, rate: float) -> BaselineDrift | None:
         rate: Hz.
     """
     known = _levels(samples, rate)
-    return _largest_change(samples, known, _runs(known.quiet))
+    return max(_changes(samples, known, _runs(known.quiet)), key=lambda one: one.certainty, default=None)
 
 
-def transducer_drift(samples: Vector, rate: float) -> BaselineDrift | None:
+def transducer_drift(samples: Vector, rate: float, relative: Vector | None = None) -> BaselineDrift | None:
     """Change of a transducer's level that no motion of the layer makes; None if the record cannot show any.
 
     A layer with friction or rubber that relaxes creeps: the level changes after the motion and ever more slowly. A
-    transducer that drifts does so before the motion too, and does not settle after it. A change that is only likely is
-    returned too, with its standard deviation: several records may show it together.
+    transducer that drifts does so before the motion too, and does not settle after it. Of the changes that are certain
+    the largest is returned; without any, the one that is most likely: several records may show it together.
+
+    As long as it moves, a layer that yields may come to lie elsewhere by as much: the level wanders. That is the
+    uncertainty of a change between two blocks, beside that of their levels. It vanishes where the accelerations are
+    hardly more than their noise. Elsewhere, oscillation within a block is motion, and a slope is motion as far as the
+    accelerations of both sides, integrated twice, confirm it.
 
     Args:
         samples: (n,) m, across the layer.
         rate: Hz.
+        relative: (n,) m/s², acceleration above the layer less that below it; without it, every slope may be motion.
     """
-    known = _levels(samples, rate)
+    levels = _levels(samples, rate)
+    still = levels.quiet if relative is None else levels.quiet & _near_noise(relative, rate)
+    known = _wandering(levels, samples, rate, relative, still)
     runs = _runs(known.quiet)
-    before = [run for run in runs if run[0] == 0 and run[1] > 1]
+    before = [run for run in _runs(still) if run[0] == 0 and run[1] > 1]
     after = [run for run in runs if run[0] > 0 and run[1] == known.quiet.size and run[1] - run[0] > 2]
     if not after and not before:
         return None
     drifting = [run for run in after if not _settles(known, *run, CERTAIN_CHANGE)]
-    found = _largest_change(samples, known, [*before, *drifting]) or BaselineDrift(0.0, RESOLUTION, 0.0)
-    likely = [_late_change(samples, known, *run) for run in after if not _settles(known, *run, LIKELY_CHANGE)]
-    return max((found, *likely), key=lambda one: one.certainty)
+    likely = [run for run in after if not _settles(known, *run, LIKELY_CHANGE)]
+    changes = [BaselineDrift(0.0, RESOLUTION, 0.0), *_changes(samples, known, [*before, *drifting])]
+    changes += [_drift(samples, *_change(known, (first + end - 1) // 2, end - 1)) for first, end in likely]
+    return max(changes, key=lambda one: (min(one.certainty, CERTAIN_CHANGE), one.share))
 
 
 def without_drift(samples: Vector, rate: float) -> Vector:
@@ -244,6 +264,9 @@ class _Levels:
     """(blocks,) in the same unit."""
     quiet: Mask
     """(blocks,) True where the building is at rest."""
+    wander: Vector | None = None
+    """(blocks,) standard deviation by which a layer that moves may come to lie elsewhere until the middle of each
+    block, in the same unit; None where the level is one and the same, as an acceleration's."""
 
 
 def _levels(samples: Vector, rate: float) -> _Levels:
@@ -252,19 +275,45 @@ def _levels(samples: Vector, rate: float) -> _Levels:
     return _Levels(blocks.mean(axis=1), SWAY * moving + RESOLUTION, moving < QUIET * moving.max(initial=0.0))
 
 
-def _largest_change(samples: Vector, known: _Levels, runs: Sequence[tuple[int, int]]) -> BaselineDrift | None:
-    """The most certain change within one of these stretches at rest; None without two blocks in one."""
-    changes = [
-        _change(known, earlier, later) for first, end in runs for earlier, later in combinations(range(first, end), 2)
+def _wandering(levels: _Levels, samples: Vector, rate: float, relative: Vector | None, still: Mask) -> _Levels:
+    """The levels of a layer that wanders while it moves, from block to block independently."""
+    blocks = _blocks(samples, rate)
+    power = _std_about_trend(blocks) ** 2
+    slope = blocks.var(axis=1) - power
+    if relative is not None:
+        power = np.where(still, 0.0, power)
+        moved = _blocks(_integral(relative, rate), rate)
+        slope = np.where(still, 0.0, np.minimum(slope, moved.var(axis=1) - _std_about_trend(moved) ** 2))
+    power = WANDER**2 * (power + np.maximum(slope, 0.0))
+    return replace(levels, wander=np.sqrt(np.cumsum(power) - power / 2))
+
+
+def _near_noise(relative: Vector, rate: float) -> Mask:
+    """(blocks,) True where an acceleration is hardly more than noise; nowhere if the record is too short to tell."""
+    blocks = _blocks(relative, rate)
+    try:
+        (noise,) = noise_std(relative[None], rate)
+    except RecordError:
+        return np.zeros(len(blocks), dtype=bool)
+    return np.asarray(blocks.std(axis=1) < NEAR_NOISE * noise)
+
+
+def _integral(relative: Vector, rate: float) -> Vector:
+    """(n,) m, displacement across the layer above SLOWEST_MOTION by its relative acceleration in m/s²."""
+    sections = scipy.signal.butter(2, SLOWEST_MOTION, "high", fs=rate, output="sos")
+    moved = relative - relative.mean()
+    for _ in range(2):
+        moved = scipy.signal.sosfilt(sections, scipy.integrate.cumulative_trapezoid(moved, dx=1 / rate, initial=0.0))
+    return np.asarray(moved)
+
+
+def _changes(samples: Vector, known: _Levels, runs: Sequence[tuple[int, int]]) -> list[BaselineDrift]:
+    """The changes between any two blocks of these stretches at rest."""
+    return [
+        _drift(samples, *_change(known, earlier, later))
+        for first, end in runs
+        for earlier, later in combinations(range(first, end), 2)
     ]
-    if not changes:
-        return None
-    return _drift(samples, *max(changes, key=lambda pair: abs(pair[0]) / pair[1]))
-
-
-def _late_change(samples: Vector, known: _Levels, first: int, end: int) -> BaselineDrift:
-    """Change in the second half of a stretch at rest."""
-    return _drift(samples, *_change(known, (first + end - 1) // 2, end - 1))
 
 
 def _drift(samples: Vector, change: float, std: float) -> BaselineDrift:
@@ -273,7 +322,11 @@ def _drift(samples: Vector, change: float, std: float) -> BaselineDrift:
 
 def _change(known: _Levels, earlier: int, later: int) -> tuple[float, float]:
     """Change of level between two blocks, and its standard deviation."""
-    return float(known.level[later] - known.level[earlier]), float(np.hypot(known.std[earlier], known.std[later]))
+    change = float(known.level[later] - known.level[earlier])
+    variance = known.std[earlier] ** 2 + known.std[later] ** 2
+    if known.wander is not None:
+        variance += known.wander[later] ** 2 - known.wander[earlier] ** 2
+    return change, float(np.sqrt(variance))
 
 
 def _settles(known: _Levels, first: int, end: int, certain: float) -> bool:

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from building_models import LAYER, ROOF, paper
+from building_models import BASE, GROUND, LAYER, ROOF, paper
 from consistent_records import consistent_record, differences
 from consistent_sensors import COUNT, RATE
 from paper_records import START
+from yielding_layer import yielding_layer
 
 from core.analysis import EventAnalysis
 from core.arrays import Vector
@@ -81,6 +82,16 @@ def test_a_drift_that_no_earthquake_shows_alone_is_certain_by_several() -> None:
     quakes = drifting(0.005, 4)
     assert all(sensor_faults([one], paper()) == () for one in quakes)
     assert the_only(sensor_faults(quakes, paper())).kind == "drift"
+
+
+def test_a_layer_that_comes_to_lie_elsewhere_accuses_no_transducer() -> None:
+    """Centimetres in motion of a tenth of the strongest, in each of four earthquakes."""
+    quakes = []
+    for seed in (3, 5, 6, 10):
+        moved, relative, ground = yielding_layer(seed, 0.15)
+        channels = tuple(one for name in (GROUND, BASE, LAYER) for one in paper().channels if one.id == name)
+        quakes.append(analysis(Record(START, RATE, channels, np.array([ground, ground + relative, moved]))))
+    assert sensor_faults(quakes, paper()) == ()
 
 
 def test_a_fault_that_comes_again_in_half_of_the_earthquakes_is_the_sensors() -> None:
