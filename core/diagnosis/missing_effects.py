@@ -16,8 +16,10 @@ from core.diagnosis.naming import (
     FEW_RATIOS,
     NEARLY,
     are_of_one_kind,
+    certain,
     earning,
     looked_like_two,
+    takes_nearly_all,
     with_near,
     with_plausible,
 )
@@ -191,6 +193,8 @@ def diagnosed(
         others = [one for one in (*steps, *idle) if one.chosen.effect != best.chosen.effect]
         steps, more, last = earning(by_noise, judge, [best], rank(best.chosen.fit.model), rank)
         idle = [*more, *others]
+    steps, rest, last = certain(by_noise, judge, steps, first, last, rank)
+    idle = [*rest, *idle]
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
     if len(steps) == 1 and (left.is_there or is_one_law):
@@ -239,7 +243,8 @@ def _outcome(
     families = [{EFFECTS[name].family for name in one} for one in sets]
     every = set().union(*families)
     is_another_law = max(left.noise_ratio, left_held_out) > FEW_RATIOS
-    if is_another_law and (left.excess > (1 - NEARLY) * before.excess or (len(steps) > 1 and len(every) > 1)):
+    are_certain = len(every) == 1 or len(steps) == 1 or all(map(takes_nearly_all, steps))
+    if is_another_law and (left.excess > (1 - NEARLY) * before.excess or not are_certain):
         return Outcome.UNKNOWN
     if all(len(one) == 1 for one in sets):
         # one law of another form may look like two of its family

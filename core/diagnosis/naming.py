@@ -70,6 +70,48 @@ def earning(
     return steps, idle, last
 
 
+def certain(
+    by_noise: FitData, judge: Judge, steps: list[Step], first: Ranking, last: Ranking, rank: Rank
+) -> tuple[list[Step], list[Step], Ranking]:
+    """Of effects of several families that leave another law than theirs: those that take nearly all of the excess error
+    beside the others; the rest, which may only stand in for what this law does besides; and the last ranking.
+
+    All of them where the others alone would not take nearly all.
+
+    Args:
+        by_noise: records, weighted by their noise.
+        judge: of the names.
+        steps: those that earned a name.
+        first: ranking for the model without any of them.
+        last: ranking for the model with all of them.
+        rank: of the effects for another model.
+    """
+    kept = [step for step in steps if takes_nearly_all(step)]
+    rest = [step for step in steps if step not in kept]
+    left = judge.noise_ratios(last.base.model)
+    is_another_law = max(left.fitted, left.held_out or 0.0) > FEW_RATIOS
+    if not kept or not rest or not is_another_law or not are_of_several_families(steps):
+        return steps, [], last
+    model = last.base.model
+    for step in rest:
+        model = without(model, step.chosen.effect)
+    kept, idle, again = earning(by_noise, judge, kept, rank(model), rank)
+    if _excess(again, again.base) > (1 - NEARLY) * _excess(first, first.base):
+        return steps, [], last
+    return kept, [*rest, *idle], again
+
+
+def takes_nearly_all(step: Step) -> bool:
+    """True if an effect takes nearly all of the excess error beside the others, wherever its share is known."""
+    shares = () if step.worth is None else (step.worth.fitted, step.worth.held_out)
+    return bool(shares) and all(one is None or one >= NEARLY for one in shares)
+
+
+def are_of_several_families(steps: Sequence[Step]) -> bool:
+    """True if the effects of several steps belong to more than one family."""
+    return len({EFFECTS[step.chosen.effect].family for step in steps}) > 1
+
+
 def _earns(step: Step, needed: float) -> bool:
     """True if an effect lowers the force's error, and takes enough of the excess."""
     return needed > 1 / LOWERS and step.worth is not None and step.worth.earns_a_name
