@@ -365,3 +365,23 @@ def test_what_is_left_of_a_law_beside_the_family_that_takes_nearly_all_does_not_
     assert diagnosis.outcome is Outcome.FAMILY
     assert [step.chosen.effect for step in diagnosis.named] == ["moat"]
     assert [step.chosen.effect for step in diagnosis.idle] == ["displacement_damping"]
+
+
+@pytest.mark.accuracy
+def test_a_law_that_leaves_many_times_what_the_best_leaves_is_not_meant() -> None:
+    """A moat takes nine tenths of the huge error of hardening too, and leaves many times what hardening does.
+
+    The noise is underrated, as a corrected sensor's is: hardening leaves more than noise.
+    """
+    truth = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 1e14}})
+    seen = tuple(
+        replace(one, layer=replace(one.layer, force_std=one.layer.force_std / 1.5))
+        for one in observations(truth, 0.002, 7)
+    )
+    diagnosis = diagnosed(seen, BOUC_WEN, ("hardening", "moat"))
+    (step,) = diagnosis.steps
+    left = {one.effect: step.ranking.noise_ratio(one.fit) for one in step.ranking.candidates}
+    assert diagnosis.unexplained.is_there
+    assert 4 * left["hardening"] < left["moat"] < 0.3 * diagnosis.before.noise_ratio
+    assert diagnosis.outcome is Outcome.EFFECT
+    assert [one.effect for one in step.alike] == ["hardening"]
