@@ -334,8 +334,10 @@ def _refit(result: DiagnosisResult) -> Iterator[str]:
 
 
 def _missing(result: DiagnosisResult) -> Iterator[str]:
+    final, _ = last_fit(result.diagnosis, result.stages)
     for number in range(1, len(result.stages) + 1):
-        yield from missing(result.stages[:number], result.versions[1 : number + 2], result.given, result.earthquakes)
+        added, versions = result.stages[:number], result.versions[1 : number + 2]
+        yield from missing(added, versions, result.given, result.earthquakes, final)
     if result.diagnosis.outcome is Outcome.FAMILY and all(len(one.step.alike) == 1 for one in result.stages):
         families = " and ".join(sorted({EFFECTS[one.effect].family for one in result.stages}))
         yield f"Only the family, {families}, is certain: the law itself leaves more than the noise."

@@ -11,6 +11,7 @@ from core.diagnosis.unexplained import STRUCTURED, Unexplained
 from core.diagnosis.worth import Worth
 from core.effect import explained
 from core.effects import EFFECTS
+from core.fitting.fit import Fit
 from core.model.isolator import Isolator, parameter, unusual_forms
 from core.rounding import plain
 from core.units import percent, shown, unit
@@ -68,7 +69,7 @@ def evidence(effect: str, before: Misfit, after: Misfit, delta_bic: float | None
 
 
 def missing(
-    stages: Sequence[Stage], versions: Sequence[Version], given: Isolator, earthquakes: Earthquakes
+    stages: Sequence[Stage], versions: Sequence[Version], given: Isolator, earthquakes: Earthquakes, final: Fit
 ) -> Iterator[str]:
     """Sentences on the last stage's effect: it is missing, or one that the records cannot distinguish from it, or it is
     not worth its place where the error does not fall.
@@ -78,6 +79,7 @@ def missing(
         versions: without any of the effects, then with the first one, the first two, and so on up to it.
         given: the model that was diagnosed.
         earthquakes: those it was diagnosed by.
+        final: fit of the model with all effects, whose values are stated.
     """
     stage, (before, after) = stages[-1], versions[-2:]
     was, now = before.error(earthquakes.fitted_names), after.error(earthquakes.fitted_names)
@@ -88,10 +90,10 @@ def missing(
         return
     beside = ", ".join(one.effect for one in stages[:-1])
     alike = [one.effect for one in stage.step.alike]
-    lacking = _is_missing(stage, alike)
+    lacking = _is_missing(stage.effect, final.model, alike)
     yield _capital(f"beside {beside}, {lacking}" if beside else lacking)
     yield evidence(stage.effect, was, now, delta)
-    if against := implausible(stage.effect, stage.fit, earthquakes.fitted):
+    if against := implausible(stage.effect, final, earthquakes.fitted):
         yield f"It is doubtful: {against}."
     if len(alike) > 1:
         yield f"Records that would distinguish them: {distinguishing_records(alike)}."
@@ -195,10 +197,10 @@ def action(model: Isolator, effect: str) -> str:
     return " ".join((explained(about, values), *forms))
 
 
-def _is_missing(stage: Stage, alike: list[str]) -> str:
+def _is_missing(effect: str, model: Isolator, alike: list[str]) -> str:
     families = {EFFECTS[name].family for name in alike}
     if len(alike) < 2:
-        return " ".join((f"{titled(stage.effect)} is missing.", action(stage.fit.model, stage.effect)))
+        return " ".join((f"{titled(effect)} is missing.", action(model, effect)))
     if len(families) == 1:
         either = " or ".join(map(titled, alike))
         return f"an effect of the family {families.pop()} is missing: {either}; the records cannot distinguish them."
