@@ -206,16 +206,28 @@ class Quantity:
     value: float
     unit: str
     """SI."""
+    words: str = ""
+    """What is said in its place; empty for the value."""
 
     def __format__(self, form: str) -> str:
         if form:
             return format(self.value, form)
-        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
+        return self.words or f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
 
 
-def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
-    """Explanation of an effect with the values of a model; with the parameters' names if there is none."""
+def explained(effect: Effect, values: Mapping[str, float] | None, instant: Callable[[float], str] | None = None) -> str:
+    """Explanation of an effect with the values of a model; with the parameters' names if there is none.
+
+    Args:
+        effect: whose explanation has places for its values.
+        values: SI units, by parameter; None if there are none.
+        instant: words for an instant, s after the model's reference instant; None where its date is not known: then the
+            seconds are said.
+    """
     if values is None:
         return PLACE.sub(r"\1", effect.explanation)
-    units = {parameter.name: parameter.unit for parameter in effect.parameters}
-    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})
+    dated = (
+        {} if instant is None else {one.name: instant(values[one.name]) for one in effect.parameters if one.is_instant}
+    )
+    said = {one.name: Quantity(values[one.name], one.unit, dated.get(one.name, "")) for one in effect.parameters}
+    return effect.explanation.format(**said)

@@ -22,8 +22,7 @@ EFFECT = Effect(
     ),
     absent={"change": 0.0},
     family="softening with use",
-    explanation="The stiffness of the rubber changed by a share of {change:+.3f} at {date:.7g} s after the model's "
-    "reference instant, and stayed so.",
+    explanation="The stiffness of the rubber changed by a share of {change:+.3f} at {date}, and stayed so.",
     suspect_when="The stiffness in small motion changes within a short time, and stays at its new value.",
     source="Basseville & Nikiforov (1993): a change at an unknown instant",
 )

@@ -22,8 +22,7 @@ EFFECT = Effect(
     ),
     absent={"change": 0.0},
     family="softening with use",
-    explanation="Yield and sliding forces changed by a share of {change:+.3f} at {date:.7g} s after the model's "
-    "reference instant, and stayed so.",
+    explanation="Yield and sliding forces changed by a share of {change:+.3f} at {date}, and stayed so.",
     suspect_when="Loops of the same amplitude change their height, and not their slope, within a short time, and keep "
     "the new one.",
     source="Basseville & Nikiforov (1993): a change at an unknown instant",

@@ -30,7 +30,7 @@ from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
-from core.workbench.directions import DirectionDiagnosis, direction_sentences, each_direction
+from core.workbench.directions import DirectionDiagnosis, check_directions, direction_sentences, each_direction
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, lowers, model_errors
 from core.workbench.fitting import deviations, readable
 from core.workbench.out_of_range import OutOfRange, out_of_range, range_sentences
@@ -43,6 +43,7 @@ from core.workbench.texts import (
     missing,
     remaining,
     resembling,
+    temperature_sentences,
     titled,
     unexplained_share,
 )
@@ -164,12 +165,13 @@ def diagnose(
         progress: called with each step.
 
     Raises:
-        RecordError: no observation is left to fit to.
+        RecordError: no observation is left to fit to, or none has any of the directions.
         ModelError: a model's force grew beyond all bounds.
     """
     seen = corrected_copy(Earthquakes.of(earthquakes, hold_out), within(progress, 0.0, 0.1))
     if not seen.fitted:
         raise RecordError(NONE_TO_FIT)
+    check_directions(seen, directions)
     found = search_effects(model, seen, effects, within(progress, 0.1, 0.6))
     seen, diagnosis = found.earthquakes, found.diagnosis
     progress("locating the model's errors", 60, FINE)
@@ -337,7 +339,7 @@ def _missing(result: DiagnosisResult) -> Iterator[str]:
     final, _ = last_fit(result.diagnosis, result.stages)
     for number in range(1, len(result.stages) + 1):
         added, versions = result.stages[:number], result.versions[1 : number + 2]
-        yield from missing(added, versions, result.given, result.earthquakes, final)
+        yield from missing(added, versions, result.given, result.earthquakes, final, result.std)
     if result.diagnosis.outcome is Outcome.FAMILY and all(len(one.step.alike) == 1 for one in result.stages):
         families = " and ".join(sorted({EFFECTS[one.effect].family for one in result.stages}))
         yield f"Only the family, {families}, is certain: the law itself leaves more than the noise."
@@ -349,6 +351,7 @@ def _unknown(result: DiagnosisResult) -> Iterator[str]:
         yield from resembling((*result.diagnosis.steps, *result.diagnosis.idle))
     else:
         yield from _nearest(result)
+    yield from temperature_sentences(result.resembles, result.earthquakes)
     yield unexplained_share(result.diagnosis.explained)
     yield from result.refitted.text[1:2]
 

@@ -11,7 +11,7 @@ from core.diagnosis.effect_search import Step
 from core.diagnosis.floor_share import with_floor_share
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.effects import EFFECTS
-from core.errors import ModelError
+from core.errors import ModelError, RecordError
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
 from core.record import Direction
@@ -45,6 +45,22 @@ class DirectionDiagnosis:
         return max(float(np.abs(one.layer.displacement).max()) for one in self.earthquakes.fitted)
 
 
+def check_directions(seen: Earthquakes, wanted: Collection[Direction] | None) -> None:
+    """Raise RecordError if no fitted earthquake has any of the wanted directions.
+
+    Args:
+        seen: the earthquakes of a diagnosis.
+        wanted: directions to look at by themselves; None for all.
+    """
+    if wanted is None or any(_along(seen, direction).fitted for direction in wanted):
+        return
+    there = " and ".join(direction for direction in HORIZONTAL if _along(seen, direction).fitted)
+    raise RecordError(
+        f"no earthquake has force and motion of the layer in direction {' or '.join(wanted)}: choose {there}, or add "
+        "records"
+    )
+
+
 def each_direction(
     whole: Diagnosis,
     model: Isolator,
@@ -53,7 +69,7 @@ def each_direction(
     offered: Collection[str],
     progress: Progress,
 ) -> tuple[DirectionDiagnosis, ...]:
-    """The diagnosis of each direction alone; none where the records have one, or only one is wanted.
+    """The diagnosis of each direction alone; none where the only one that is there, or wanted, is the model's own.
 
     Args:
         whole: the diagnosis of the model by all its directions together.
@@ -68,7 +84,7 @@ def each_direction(
         for direction in HORIZONTAL
         if (directions is None or direction in directions) and (found := _along(seen, direction)).fitted
     }
-    if len(known) < len(HORIZONTAL):
+    if len(known) < len(HORIZONTAL) and set(known) <= set(seen.directions):
         return ()
     each = []
     for number, (direction, earthquakes) in enumerate(known.items()):
@@ -126,11 +142,24 @@ def only_in_one(each: Sequence[DirectionDiagnosis]) -> Iterator[tuple[DirectionD
 
 
 def direction_sentences(each: Sequence[DirectionDiagnosis]) -> Iterator[str]:
-    """Sentences on effects that act in one direction only; none where both directions lack the same."""
+    """Sentences on effects that act in one direction only; none where both directions lack the same. Where another
+    direction than the model's was wanted alone, what it lacks."""
+    if len(each) == 1:
+        yield from _alone_sentences(each[0])
     for here, step, other in only_in_one(each):
         name, there = step.chosen.effect, other.direction
         yield f"In direction {here.direction} only: {titled(name)}."
         yield _in_the_other(here, name, other, there)
+
+
+def _alone_sentences(one: DirectionDiagnosis) -> Iterator[str]:
+    named = [titled(step.chosen.effect) for step in one.diagnosis.named]
+    if named:
+        yield from (f"In direction {one.direction}: {effect}." for effect in named)
+    elif one.diagnosis.outcome is Outcome.UNKNOWN:
+        yield f"In direction {one.direction} something is missing that no known effect explains."
+    else:
+        yield f"In direction {one.direction} no known effect is missing."
 
 
 def _in_the_other(here: DirectionDiagnosis, effect: str, other: DirectionDiagnosis, there: str) -> str:

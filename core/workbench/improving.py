@@ -138,7 +138,7 @@ def add(
 def _extension_sentences(result: ExtensionResult) -> Iterator[str]:
     about, tried = EFFECTS[result.effect], result.candidate
     bic = f"ΔBIC {plain(tried.delta_bic, 3)}"
-    yield f"{about.title} ({result.effect}): {action(result.model, result.effect)}"
+    yield f"{about.title} ({result.effect}): {action(result.model, result.effect, result.earthquakes)}"
     if tried.delta_bic < -DECISIVE:
         yield f"The records support it ({bic}, below −{DECISIVE:g})."
     else:
@@ -312,7 +312,7 @@ def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
 def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
     yield from _motion_sentences(result.earthquakes)
     for effect in result.added:
-        yield f"Added: {EFFECTS[effect].title} ({effect}). {action(result.model, effect)}"
+        yield f"Added: {EFFECTS[effect].title} ({effect}). {action(result.model, effect, result.earthquakes)}"
     if not result.added:
         yield "No effect was added; the values were fitted."
     yield from result.ending_text

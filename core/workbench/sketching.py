@@ -163,7 +163,9 @@ def sketch(
     if not seen.fitted:
         raise RecordError(NONE_TO_FIT)
     if name in EFFECTS or not name.isidentifier():
-        raise ModelError(f"an effect cannot be called {name!r}: choose an unused name of letters, digits and _")
+        raise ModelError(
+            f"an effect cannot be called {name!r}: choose an unused name of letters, digits and _, no digit first"
+        )
     progress("fitting the model", 0, STEPS)
     base = weighted_fit(seen.fitted, model)
     versions = [Version("as given", model_errors(model, seen))]

@@ -1,7 +1,10 @@
 """Sentences about one effect: its explanation, the error without and with it, and that it is missing."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from datetime import UTC, timedelta
 from types import MappingProxyType
+
+import numpy as np
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.effect_search import LOWERS, Step
@@ -12,11 +15,13 @@ from core.diagnosis.worth import Worth
 from core.effect import explained
 from core.effects import EFFECTS
 from core.fitting.fit import Fit
+from core.fitting.observation import USUAL_TEMPERATURE
 from core.model.isolator import Isolator, parameter, unusual_forms
 from core.rounding import plain
 from core.units import percent, shown, unit
 from core.workbench.candidates import Stage
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, helps
+from core.workbench.tables import Deviations
 
 DIGITS = 3
 """Digits of an error in a sentence: its uncertainty is not known there."""
@@ -69,7 +74,12 @@ def evidence(effect: str, before: Misfit, after: Misfit, delta_bic: float | None
 
 
 def missing(
-    stages: Sequence[Stage], versions: Sequence[Version], given: Isolator, earthquakes: Earthquakes, final: Fit
+    stages: Sequence[Stage],
+    versions: Sequence[Version],
+    given: Isolator,
+    earthquakes: Earthquakes,
+    final: Fit,
+    std: Deviations,
 ) -> Iterator[str]:
     """Sentences on the last stage's effect: it is missing, or one that the records cannot distinguish from it, or it is
     not worth its place where the error does not fall.
@@ -80,6 +90,7 @@ def missing(
         given: the model that was diagnosed.
         earthquakes: those it was diagnosed by.
         final: fit of the model with all effects, whose values are stated.
+        std: standard deviations of these values.
     """
     stage, (before, after) = stages[-1], versions[-2:]
     was, now = before.error(earthquakes.fitted_names), after.error(earthquakes.fitted_names)
@@ -90,9 +101,12 @@ def missing(
         return
     beside = ", ".join(one.effect for one in stages[:-1])
     alike = [one.effect for one in stage.step.alike]
-    lacking = _is_missing(stage.effect, final.model, alike)
+    lacking = _is_missing(stage.effect, final, alike, earthquakes)
     yield _capital(f"beside {beside}, {lacking}" if beside else lacking)
     yield evidence(stage.effect, was, now, delta)
+    if len(alike) < 2:
+        yield from unseen(stage.effect, final.model, std)
+        yield from temperature_sentences([stage.effect], earthquakes)
     if against := implausible(stage.effect, final, earthquakes.fitted):
         yield f"It is doubtful: {against}."
     if len(alike) > 1:
@@ -108,8 +122,9 @@ def remaining(left: Unexplained, added: int) -> str:
     if left.share > STRUCTURED:
         return f"{size}, and {percent(left.share)} of its power follows the motion: the model is incomplete."
     return (
-        f"{size}. Less than {percent(STRUCTURED)} of its power follows the motion, so these records do not show "
-        "what else is missing."
+        f"{size}. A regression on powers and delays of the motion, hysteresis, travel, vertical load, temperature and "
+        f"the other direction predicts less than {percent(STRUCTURED)} of its power; an abrupt contact, for example, "
+        "would not show in it."
     )
 
 
@@ -119,8 +134,11 @@ def resembling(steps: Sequence[Step]) -> Iterator[str]:
     Args:
         steps: of these effects, which earned no name.
     """
-    for step in steps:
-        yield f"It resembles {titled(step.chosen.effect)}, which is not the cause itself."
+    for number, step in enumerate(steps):
+        if number == 0:
+            yield f"{titled(step.chosen.effect)} comes nearest and does not explain it."
+        else:
+            yield f"{titled(step.chosen.effect)} comes near too."
         if step.worth is None:
             continue
         fitted, held_out = _share(max(step.worth.fitted, 0.0)), step.worth.held_out
@@ -185,8 +203,14 @@ def _is_own(stages: Sequence[Stage], given: Isolator) -> bool:
     return set(stages[-1].step.ranking.base.model.effects) == there
 
 
-def action(model: Isolator, effect: str) -> str:
-    """Explanation of a model's effect with its values, and with the form of its law if that is not the usual one."""
+def action(model: Isolator, effect: str, earthquakes: Earthquakes) -> str:
+    """Explanation of a model's effect with its values, and with the form of its law if that is not the usual one.
+
+    Args:
+        model: with the effect.
+        effect: its name.
+        earthquakes: between which, or in one of which, an instant of the effect lies.
+    """
     about, values = EFFECTS[effect], model.effects[effect]
     unusual = (parameter((effect, name)) for name in unusual_forms(model, effect))
     forms = (
@@ -194,13 +218,54 @@ def action(model: Isolator, effect: str) -> str:
         f"{f' {unit(one.unit)}'.rstrip()} ({one.meaning})."
         for one in unusual
     )
-    return " ".join((explained(about, values), *forms))
+    return " ".join((explained(about, values, lambda instant: _date(instant, earthquakes)), *forms))
 
 
-def _is_missing(effect: str, model: Isolator, alike: list[str]) -> str:
+def _date(instant: float, earthquakes: Earthquakes) -> str:
+    """An instant, s after the earthquakes' reference: its date, and the earthquakes before and after it; that in which
+    it lies, if it lies in one."""
+    observed = sorted(earthquakes.observations, key=lambda one: one.start)
+    at = earthquakes.reference + timedelta(seconds=instant)
+    date = f"{at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+    during = [one.name for one in observed if one.conditions.time[0] <= instant <= one.conditions.time[-1]]
+    if during:
+        return f"{date}, during the earthquake of {during[0]}"
+    before = [one.name for one in observed if one.conditions.time[-1] < instant]
+    after = [one.name for one in observed if one.conditions.time[0] > instant]
+    if before and after:
+        return f"{date}, between the earthquakes of {before[-1]} and {after[0]}"
+    return date
+
+
+def unseen(effect: str, model: Isolator, std: Deviations) -> Iterator[str]:
+    """Amplitudes of an effect that has others too, which are smaller than their standard deviation."""
+    linear, known = EFFECTS[effect].linear, std.get(effect, {})
+    for one in (parameter((effect, name)) for name in linear if len(linear) > 1):
+        if 0 < abs(model.effects[effect][one.name]) < known.get(one.name, 0.0):
+            yield f"No {one.name} is seen in these records ({one.meaning}): its value is below its deviation."
+
+
+def temperature_sentences(effects: Collection[str], earthquakes: Earthquakes) -> Iterator[str]:
+    """That no temperature was recorded, if one of the effects is a change at an instant, as which another temperature
+    may show.
+
+    Args:
+        effects: names of effects that are missing, or nearest to what is.
+        earthquakes: those by which they were found.
+    """
+    is_step = any(one.is_instant for effect in effects for one in EFFECTS[effect].parameters)
+    is_usual = all(bool(np.all(one.conditions.temperature == USUAL_TEMPERATURE)) for one in earthquakes.fitted)
+    if is_step and is_usual:
+        yield (
+            "No temperature was recorded: what changes from one earthquake to another may be the effect of a "
+            "temperature that changes. Records with the isolators' temperature would decide."
+        )
+
+
+def _is_missing(effect: str, final: Fit, alike: list[str], earthquakes: Earthquakes) -> str:
     families = {EFFECTS[name].family for name in alike}
     if len(alike) < 2:
-        return " ".join((f"{titled(effect)} is missing.", action(model, effect)))
+        return " ".join((f"{titled(effect)} is missing.", action(final.model, effect, earthquakes)))
     if len(families) == 1:
         either = " or ".join(map(titled, alike))
         return f"an effect of the family {families.pop()} is missing: {either}; the records cannot distinguish them."

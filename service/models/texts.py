@@ -190,7 +190,7 @@ def unknown_effect(name: str, known: Collection[str]) -> str:
 
 def taken_name(name: str) -> str:
     """Refusal of a name for a sketched effect."""
-    return f"An effect cannot be called {name!r}: choose an unused name of letters, digits and _."
+    return f"An effect cannot be called {name!r}: choose an unused name of letters, digits and _, no digit first."
 
 
 NOTHING_PROPOSED = "The sketch proposes no law that could be kept."

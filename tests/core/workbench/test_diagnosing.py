@@ -1,11 +1,16 @@
 """The text of a diagnosis: what it says of the effects that it added."""
 
+import re
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from records_from_observations import records_from_observations
 from synthetic_observations import BOUC_WEN, observations
 
 from core.model.isolator import Isolator
 from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.texts import unseen
 
 TEMPERATURES = {"temperature_strength": {"strengthening": 0.01}, "temperature_stiffness": {"stiffening": 0.006}}
 
@@ -23,3 +28,35 @@ def test_the_values_in_the_text_are_those_of_the_final_model(by_two: DiagnosisRe
     said, alone = (f"{model.effects[first.effect]['stiffening']:.4f}" for model in (by_two.model, first.fit.model))
     assert alone != said
     assert f"The rubber stiffens by a share of {said} for each degree" in by_two.text[0]
+
+
+@pytest.fixture(scope="module")
+def by_a_step() -> DiagnosisResult:
+    """A loss between the second and the third earthquake, of layers whose temperature was not recorded."""
+    truth = Isolator({**BOUC_WEN.effects, "stiffness_step": {"change": -0.2, "date": 45 * 86400.0, "width": 0.5}})
+    seen = [
+        replace(one, conditions=replace(one.conditions, temperature=np.full(one.layer.force.size, 20.0)))
+        for one in observations(truth, 0.01, 3, (0.03, 0.05, 0.03, 0.05))
+    ]
+    return diagnose(BOUC_WEN, records_from_observations(seen), effects=("stiffness_step",), directions=["x"])
+
+
+def test_an_instant_is_given_by_its_date_and_the_earthquakes_beside_it(by_a_step: DiagnosisResult) -> None:
+    said = r"at 2021-0[34]-\d\d \d\d:\d\d UTC, between the earthquakes of event 1 and event 2, and stayed so\."
+    assert re.search(said, by_a_step.text[0])
+
+
+def test_a_step_may_be_another_temperature_where_none_was_recorded(
+    by_a_step: DiagnosisResult, by_two: DiagnosisResult
+) -> None:
+    assert "No temperature was recorded" in " ".join(by_a_step.text)
+    assert "No temperature was recorded" not in " ".join(by_two.text)
+
+
+@pytest.mark.parametrize(("std", "is_seen"), [(1e7, True), (3e7, False)])
+def test_an_amplitude_below_its_deviation_is_said_not_to_be_seen(*, std: float, is_seen: bool) -> None:
+    """A wall on the side that the layer never reached."""
+    wall = {"gap": 0.09, "gap_back": 0.0956, "wall": 8e7, "wall_back": 2.5e7}
+    said = list(unseen("moat", Isolator({"moat": wall}), {"moat": {"wall": 1e6, "wall_back": std}}))
+    assert bool(said) is not is_seen
+    assert all(one.startswith("No wall_back is seen in these records (stiffness of the contact in") for one in said)

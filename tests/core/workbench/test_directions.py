@@ -10,6 +10,7 @@ from records_from_observations import records_from_observations
 from synthetic_observations import BOUC_WEN, observations
 
 from core.analysis import AnalysisSettings, analyse
+from core.errors import RecordError
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.paper import ISOLATOR
@@ -68,6 +69,13 @@ def test_an_effect_of_both_directions_is_named_once() -> None:
 
 def test_one_direction_is_looked_at_where_only_that_is_wanted() -> None:
     assert diagnose(BOUC_WEN, seen(BOUC_WEN, HARD), effects=OFFERED, directions=["x"]).directions == ()
+
+
+def test_a_direction_that_no_record_has_is_refused_in_words() -> None:
+    alone = records_from_observations(along("x", BOUC_WEN, 1))
+    with pytest.raises(RecordError, match="no earthquake has force and motion of the layer in direction y: choose x"):
+        diagnose(BOUC_WEN, alone, effects=OFFERED, directions=["y"])
+    assert diagnose(BOUC_WEN, alone, effects=("hardening",), directions=["x", "y"]).directions == ()
 
 
 def test_the_progress_of_a_diagnosis_never_goes_back_and_names_its_steps() -> None:

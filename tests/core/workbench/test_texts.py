@@ -22,8 +22,9 @@ def test_an_error_that_follows_the_motion_shows_that_the_model_is_incomplete() -
 def test_an_error_that_does_not_follow_the_motion_is_not_called_structure() -> None:
     said = remaining(Unexplained(share=-0.01, noise_ratio=1.4, allowed=1.25), 2)
     assert said == (
-        "With these effects, the error is still 1.4 times the noise. Less than 5.0 % of its power follows the motion, "
-        "so these records do not show what else is missing."
+        "With these effects, the error is still 1.4 times the noise. A regression on powers and delays of the "
+        "motion, hysteresis, travel, vertical load, temperature and the other direction predicts less than 5.0 % of "
+        "its power; an abrupt contact, for example, would not show in it."
     )
 
 

@@ -37,9 +37,13 @@ def test_an_effect_is_told_in_japanese(name: str) -> None:
         "limit is −10).",
         "The error of the force changes from 3.9 % to 0.2 % where it was fitted and from 9.1 % to 0.1 % on held-out "
         "earthquakes.",
-        "With this effect, the error is still 1.41 times the noise. Less than 5.0 % of its power "
-        "follows the motion, so "
-        "these records do not show what else is missing.",
+        "With this effect, the error is still 1.41 times the noise. A regression on powers and delays of the motion, "
+        "hysteresis, travel, vertical load, temperature and the other direction predicts less than 5.0 % of its power; "
+        "an abrupt contact, for example, would not show in it.",
+        "Step of the yield force (strength_step) is missing. Yield and sliding forces changed by a share of -0.100 at "
+        "2021-05-03 03:12 UTC, between the earthquakes of 2021-04-13 03:12:07 and 2021-05-23 03:12:07, and stayed so.",
+        "Friction (friction) comes nearest and does not explain it. Hardening of the rubber (hardening) comes near "
+        "too.",
         "Not proposed because it is impossible: Inerter (inerter); it has no strength left: the records support its "
         "opposite.",
         "The sensor A.B1: reads 12.0 ± 0.3 % too much against the other sensors; check it, or divide "

@@ -121,10 +121,11 @@ def test_the_pages_lead_from_a_button_to_the_file_of_an_effect(
     file = api.get(f"/sketches/{number}/effect", params={"name": "our_wall"})
     assert file.headers["content-disposition"] == 'attachment; filename="our_wall.py"'
     assert "EFFECT = Effect(" in file.text
-    for name in ("elastic", "no name", "None"):
+    for name in ("elastic", "no name", "None", "1bad"):
         wrong = api.get(f"/sketches/{number}/effect", params={"name": name})
         assert wrong.status_code == 409
         assert f"An effect cannot be called '{name}'" in unescape(wrong.text)
+        assert "no digit first" in wrong.text
     assert f'href="/sketches/{number}"' in api.get(f"/models/{model}").text
     other = finished_job(api, sessions, f"/api/v1/models/{model}/comparisons", {})["id"]
     for path in (f"/sketches/{other}", f"/sketches/{other}/effect", f"/charts/sketch-force.svg?job={other}"):
