@@ -57,6 +57,10 @@ applies. A choice."""
 REACH = 50.0
 """Ratio of the largest to the smallest length or speed that is then tried. A choice."""
 
+REACHED = (0.3, 0.45, 0.6, 0.75, 0.9)
+"""Shares of the largest displacement that are tried besides for a length of a law without memory, such as a clearance:
+the law may act in the largest motion alone, between two of the usual lengths, and a search that begins below what it
+is stays there. A choice."""
 
 ReportShare = Callable[[float], None]
 """Called with the share of some work that is done."""
@@ -222,8 +226,19 @@ def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping
         yield usual
         return
     points = GRID[min(len(searched), len(GRID)) - 1]
-    for values in product(*(_grid(one, observations, points) for one in searched)):
+    grids = [_grid(one, observations, points) for one in searched]
+    if not about.states:
+        grids = [_with_reached(one, grid, observations) for one, grid in zip(searched, grids, strict=True)]
+    for values in product(*grids):
         yield {**usual, **{one.name: float(value) for one, value in zip(searched, values, strict=True)}}
+
+
+def _with_reached(one: Parameter, grid: Vector, observations: Sequence[Observation]) -> Vector:
+    """Values of a parameter to try; of a length, those within the largest motion too."""
+    if one.unit != "m":
+        return grid
+    largest = max(float(np.abs(of.layer.displacement).max()) for of in observations)
+    return np.unique([*grid, *np.clip(np.multiply(REACHED, largest), *one.bounds)])
 
 
 def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> Vector:

@@ -1,5 +1,6 @@
 """Searches that are left off: the best one is the same as if all had been made, and what is left off is far from it."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,10 +9,11 @@ from hidden.trial import trial
 from synthetic_observations import BOUC_WEN, observations
 
 from core.analysis import AnalysisSettings, analyse
+from core.arrays import Vector
 from core.diagnosis.candidate_search import NEAR, score_tests, search_in_parallel, starts
 from core.fitting.data import FitData
-from core.fitting.fit import fitted, residual_at, signatures
-from core.fitting.observation import observations as observations_of
+from core.fitting.fit import fitted, residual_at, reweighted_data, signatures
+from core.fitting.observation import Observation, observations as observations_of
 from core.fitting.search import Outcome
 from core.model.first_model import first_model
 from core.model.isolator import Isolator
@@ -107,3 +109,25 @@ def test_a_date_is_looked_for_between_every_two_earthquakes_and_within_each() ->
         assert any(before[-1] < date < after[0] for date in dates)
     for time in times:
         assert any(time[0] < date < time[-1] for date in dates)
+
+
+def test_a_wall_that_only_the_strongest_motion_reaches_is_found() -> None:
+    """At 170 and 180 mm, of 186 and 300 mm, with a force of the power 1.5 and damping: the search had begun at 100 and
+    270 mm, and stayed at 91 mm on one side."""
+
+    def contact(one: Observation) -> Vector:
+        u, v = one.layer.displacement, one.layer.velocity
+        beyond = np.maximum(np.where(u > 0, u - 0.17, -u - 0.18), 0.0)
+        return np.asarray(np.sign(u) * np.maximum(2.3e9 * beyond**1.5 * (1 + 0.6 * v * np.sign(u)), 0.0))
+
+    seen = [
+        replace(one, layer=replace(one.layer, force=one.layer.force + contact(one)))
+        for one in observations(BOUC_WEN, 0.01, 7, (0.12, 0.3, 0.15))
+    ]
+    by_noise = FitData.by_noise(seen)
+    data = reweighted_data(by_noise, fitted(by_noise, BOUC_WEN))
+    base = fitted(data, BOUC_WEN)
+    (places,) = score_tests(data, base, ["moat"])
+    found = search_in_parallel(data, {"moat": [one.model for one in places]})["moat"]
+    values = found.model.effects["moat"]
+    assert (values["gap"], values["gap_back"]) == pytest.approx((0.17, 0.18), rel=0.12)
