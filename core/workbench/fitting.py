@@ -7,6 +7,7 @@ from math import inf, sqrt
 
 import numpy as np
 
+from core.diagnosis.effect_search import LOWERS
 from core.fitting.fit import Fit
 from core.fitting.idle_terms import acting_fit, terms_at_zero
 from core.fitting.observation import Observation
@@ -29,6 +30,12 @@ VAGUE = 0.5
 """Standard deviation over value, from which on a value is barely known. A choice."""
 MOST_PAIRS = 3
 """Number of correlated pairs that are named."""
+RAISED = (
+    "The error rises because a fit weighs each frequency and each earthquake by its noise: where a model leaves far "
+    "more than noise, what the quiet ones need spoils the others. Something is missing: diagnose the model, or keep "
+    "the values as given."
+)
+"""Sentence on a fit that leaves a larger error than the model had as given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +68,9 @@ class FitResult:
     def text(self) -> tuple[str, ...]:
         """The same, with the change of the error."""
         before, after = self.versions
-        return (*self.fit_text, *gain(before, after, self.earthquakes))
+        was, now = (version.error(self.earthquakes.fitted_names).rms for version in self.versions)
+        why = (RAISED,) if was < LOWERS * now else ()
+        return (*self.fit_text, *gain(before, after, self.earthquakes), *why)
 
     def __str__(self) -> str:
         title = f"Fit of {', '.join(self.model.effects)} to {counted(self.earthquakes)}"
