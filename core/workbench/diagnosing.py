@@ -340,6 +340,7 @@ def _missing(result: DiagnosisResult) -> Iterator[str]:
     for number in range(1, len(result.stages) + 1):
         added, versions = result.stages[:number], result.versions[1 : number + 2]
         yield from missing(added, versions, result.given, result.earthquakes, final, result.std)
+    yield from temperature_sentences([one.effect for one in result.stages], result.earthquakes)
     if result.diagnosis.outcome is Outcome.FAMILY and all(len(one.step.alike) == 1 for one in result.stages):
         families = " and ".join(sorted({EFFECTS[one.effect].family for one in result.stages}))
         yield f"Only the family, {families}, is certain: the law itself leaves more than the noise."

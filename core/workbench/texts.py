@@ -103,10 +103,9 @@ def missing(
     alike = [one.effect for one in stage.step.alike]
     lacking = _is_missing(stage.effect, final, alike, earthquakes)
     yield _capital(f"beside {beside}, {lacking}" if beside else lacking)
-    yield evidence(stage.effect, was, now, delta)
     if len(alike) < 2:
         yield from unseen(stage.effect, final.model, std)
-        yield from temperature_sentences([stage.effect], earthquakes)
+    yield evidence(stage.effect, was, now, delta)
     if against := implausible(stage.effect, final, earthquakes.fitted):
         yield f"It is doubtful: {against}."
     if len(alike) > 1:
