@@ -168,7 +168,7 @@ def test_sentences_agree_with_the_numbers(
     assert any("does not lower the error enough to be kept" in one for one in printed) == (
         not is_worth_it and not helps_elsewhere
     )
-    assert "It resembles Hardening" in text
+    assert "(hardening) comes nearest and does not explain it." in text
     nameless = replace(found.diagnosis, outcome=Outcome.UNKNOWN, steps=())
     nearest = " ".join(replace(found, diagnosis=nameless, stages=()).text)
     assert ("The nearest known effect is Hardening" in nearest) == (10**others < LOWERS and not first.implausible)
