@@ -18,7 +18,7 @@ EFFECT = Effect(
         Parameter("hanging", "N/m", (0.0, 1e12), LogNormal(1e8, 2.0), "dead load over the radius of the dish"),
     ),
     absent={"hanging": 0.0},
-    family="pendulum",
+    family="pendulum stiffness",
     explanation="A pendulum restores with {hanging} under dead load, in proportion to the vertical load of the moment.",
     suspect_when="The force has ripples at the frequencies of the vertical motion that grow with the displacement and "
     "change their sign with it.",
