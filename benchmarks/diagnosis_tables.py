@@ -125,7 +125,7 @@ def _by_noise(rows: Sequence[Row]) -> Table:
         (question.what, *(_share([one for one in of if one.noise == level], question.is_right) for level in levels))
         for question, of in _asked(rows)
     )
-    about = "Noise of every channel, relative to its root mean square."
+    about = "Noise of every accelerometer, relative to its root mean square."
     return Table("The same by noise", about, ("right", *(f"{100 * level:.0f} % noise" for level in levels)), shares)
 
 

@@ -41,7 +41,7 @@ ROWS = ROOT / "build" / "opensees.jsonl"
 SEEDS = (11, 13, 17)
 """Laws were added to the library after trials with the seeds 1, 2 and 3."""
 NOISE = 0.02
-"""Noise of every channel, relative to its root mean square."""
+"""Noise of every accelerometer, relative to its root mean square."""
 FINE = 10
 """Steps of the integration in one of the records' intervals."""
 STOREY_DAMPING = 0.02
@@ -354,8 +354,8 @@ def table(rows: list[Row]) -> Table:
     """Every trial."""
     return Table(
         "Layers that OpenSees simulates",
-        f"{len(rows)} trials with the seeds {', '.join(map(str, SEEDS))}, noise of {100 * NOISE:g} % in every channel. "
-        + _counts(rows),
+        f"{len(rows)} trials with the seeds {', '.join(map(str, SEEDS))}, noise of {100 * NOISE:g} % in every "
+        f"accelerometer. {_counts(rows)}",
         ("hidden", "seed", "noise ratio before", "after", "outcome", ""),
         tuple(
             (
