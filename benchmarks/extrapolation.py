@@ -208,7 +208,7 @@ def _unexplained(force: Vector, rate: float, rng: np.random.Generator) -> Vector
 
 
 def part(one: Observation, span: tuple[float, float]) -> Observation:
-    """What was measured within a span, s."""
+    """The part of an observation within a span, s."""
     rows = slice(*(int(at * one.rate) for at in span))
     layer, conditions = one.layer, one.conditions
     histories = ("displacement", "velocity", "force", "force_std", "displacement_std", "velocity_std")

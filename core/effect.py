@@ -207,7 +207,7 @@ class Quantity:
     unit: str
     """SI."""
     words: str = ""
-    """What is said in its place; empty for the value."""
+    """Words in its place; empty for the value."""
 
     def __format__(self, form: str) -> str:
         if form:

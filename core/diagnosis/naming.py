@@ -78,8 +78,8 @@ def earning(
 def certain(
     by_noise: FitData, judge: Judge, steps: list[Step], first: Ranking, last: Ranking, rank: Rank
 ) -> tuple[list[Step], list[Step], Ranking]:
-    """Of effects of several families that leave another law than theirs: those that take nearly all of the excess error
-    beside the others; the rest, which may only stand in for what this law does besides; and the last ranking.
+    """Effects of several families, where the true law is another than theirs: those that take nearly all of the excess
+    error beside the others; the rest, which may only stand in for what this law does besides; and the last ranking.
 
     All of them where the others alone would not take nearly all.
 

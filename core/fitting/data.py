@@ -40,7 +40,7 @@ AT_ONCE = 32
 
 
 class Sized(Protocol):
-    """What takes room in memory."""
+    """An object that occupies memory."""
 
     @property
     def nbytes(self) -> int:

@@ -1,7 +1,6 @@
 """Compiled integration loops of the force response to a prescribed motion."""
 
-from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 from core.code_generation.compilation import UNCOUNTED, bound, cached, inlined
@@ -13,25 +12,19 @@ from core.model.program import MOST_CACHED, force_digest, force_program, tangent
 def force_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
     """Kernel of _follow; compiled at its first call."""
     at = inlined(bound(_force_at, program=force_program(laws)))
-    return cached(bound(_follow, at=at, **_motion()), force_digest(laws), UNCOUNTED)
+    return cached(bound(_follow, at=at, motion_at=inlined(_motion_at)), force_digest(laws), UNCOUNTED)
 
 
 @lru_cache(MOST_CACHED)
 def tangent_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
     """Kernel of _change; compiled at its first call."""
     at = inlined(bound(_tangent_at, program=tangent_program(laws)))
-    return cached(bound(_change, at=at, **_motion()), tangent_digest(laws), UNCOUNTED)
-
-
-@cache
-def _motion() -> Mapping[str, Any]:
-    return {"row": inlined(_row), "between": inlined(_between)}
+    return cached(bound(_change, at=at, motion_at=inlined(_motion_at)), tangent_digest(laws), UNCOUNTED)
 
 
 program: Any = None
 at: Any = None
-row: Any = None
-between: Any = None
+motion_at: Any = None
 """Placeholders of the functions that are bound before compilation."""
 TOLERANCE = 3e-3
 """Largest difference between the two slopes in the middle of a step, times the step, relative to the largest value that
@@ -51,26 +44,28 @@ def _tangent_at(m, step, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # 
     )
 
 
-def _row(samples, i):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Motion and conditions at a sample. As numbers they stay in registers; an array took 5 % longer."""
-    m = samples[i]
-    return m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7]
+def _motion_at(samples, weights, i, place):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Motion and conditions at one of the places between two samples for which there are weights.
 
-
-def _between(samples, i, weights):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Motion and conditions between the middle two of four samples."""
-    a, b, c, d = samples[i], samples[i + 1], samples[i + 2], samples[i + 3]
-    w = weights
-    return (
-        (w[0] * a[0] + w[3] * d[0]) + (w[1] * b[0] + w[2] * c[0]),
-        (w[0] * a[1] + w[3] * d[1]) + (w[1] * b[1] + w[2] * c[1]),
-        (w[0] * a[2] + w[3] * d[2]) + (w[1] * b[2] + w[2] * c[2]),
-        (w[0] * a[3] + w[3] * d[3]) + (w[1] * b[3] + w[2] * c[3]),
-        (w[0] * a[4] + w[3] * d[4]) + (w[1] * b[4] + w[2] * c[4]),
-        (w[0] * a[5] + w[3] * d[5]) + (w[1] * b[5] + w[2] * c[5]),
-        (w[0] * a[6] + w[3] * d[6]) + (w[1] * b[6] + w[2] * c[6]),
-        (w[0] * a[7] + w[3] * d[7]) + (w[1] * b[7] + w[2] * c[7]),
-    )
+    As numbers they stay in registers; an array took 5 % longer. At the ends they are those of the samples.
+    """
+    a, b, c, d, w = samples[i], samples[i + 1], samples[i + 2], samples[i + 3], weights[place]
+    if place == 0:
+        now = b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]
+    elif place == weights.shape[0] - 1:
+        now = c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]
+    else:
+        now = (
+            (w[0] * a[0] + w[3] * d[0]) + (w[1] * b[0] + w[2] * c[0]),
+            (w[0] * a[1] + w[3] * d[1]) + (w[1] * b[1] + w[2] * c[1]),
+            (w[0] * a[2] + w[3] * d[2]) + (w[1] * b[2] + w[2] * c[2]),
+            (w[0] * a[3] + w[3] * d[3]) + (w[1] * b[3] + w[2] * c[3]),
+            (w[0] * a[4] + w[3] * d[4]) + (w[1] * b[4] + w[2] * c[4]),
+            (w[0] * a[5] + w[3] * d[5]) + (w[1] * b[5] + w[2] * c[5]),
+            (w[0] * a[6] + w[3] * d[6]) + (w[1] * b[6] + w[2] * c[6]),
+            (w[0] * a[7] + w[3] * d[7]) + (w[1] * b[7] + w[2] * c[7]),
+        )
+    return now
 
 
 def _follow(excited, model, start, force, states, steps, room):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -87,7 +82,7 @@ def _follow(excited, model, start, force, states, steps, room):  # type: ignore[
     n, size, finest = acceleration.size, start.size, weights.shape[0] // 2
     x, dx, stage, end = room[0], room[1], room[2], room[3]
     middle, bend, largest = room[4], room[5], room[6]
-    now = row(samples, 1)
+    now = motion_at(samples, weights, 0, 0)
     for j in range(size):
         x[j], dx[j], largest[j] = start[j], 0.0, abs(start[j])
     parts = least
@@ -101,13 +96,8 @@ def _follow(excited, model, start, force, states, steps, room):  # type: ignore[
                 end[j] = x[j]
                 bend[j] = 0.0
             for k in range(4):
-                place = stride * (2 * s + (k + 1) // 2)
-                if place == 0:
-                    now = row(samples, i + 1)
-                elif place == 2 * finest:
-                    now = row(samples, i + 2)
-                elif k != 2:
-                    now = between(samples, i, weights[place])
+                if k != 2:
+                    now = motion_at(samples, weights, i, stride * (2 * s + (k + 1) // 2))
                 for j in range(size):
                     stage[j] = x[j] if k == 0 else x[j] + (step if k == 3 else step / 2) * dx[j]
                 answer = at(now, step, opcode, at_p, at_x, p, stage, dx)
@@ -157,7 +147,7 @@ def _change(excited, model, directions, moving, states, steps, by_force, by_stat
     n, m, finest = acceleration.size, states.shape[1], weights.shape[0] // 2
     size = room.shape[1]
     x, dx, stage, end = room[0], room[1], room[2], room[3]
-    now = row(samples, 1)
+    now = motion_at(samples, weights, 0, 0)
     for j in range(m, size):
         x[j], dx[j] = by_states[j - m], 0.0
     for i in range(n):
@@ -169,13 +159,8 @@ def _change(excited, model, directions, moving, states, steps, by_force, by_stat
             for j in range(size):
                 end[j] = x[j]
             for k in range(4):
-                place = stride * (2 * s + (k + 1) // 2)
-                if place == 0:
-                    now = row(samples, i + 1)
-                elif place == 2 * finest:
-                    now = row(samples, i + 2)
-                elif k != 2:
-                    now = between(samples, i, weights[place])
+                if k != 2:
+                    now = motion_at(samples, weights, i, stride * (2 * s + (k + 1) // 2))
                 for j in range(size):
                     stage[j] = x[j] if k == 0 else x[j] + (step if k == 3 else step / 2) * dx[j]
                 answer = at(now, step, opcode, at_p, at_x, p, directions, m, stage, dx)

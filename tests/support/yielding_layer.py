@@ -8,7 +8,7 @@ RATE, COUNT = 100.0, 13000
 STIFFNESS, DAMPING, STRENGTH, ELASTIC = 2.0, 0.1, 0.5, 40.0
 """1/s², 1/s, m/s² and 1/s², all over the mass: of a spring, a dashpot, and a slider with a spring of its own."""
 STEPS = 4
-"""Of the integration, in a sample."""
+"""Steps of the integration in a sample."""
 
 
 def yielding_layer(seed: int, later: float) -> tuple[Vector, Vector, Vector]:

@@ -1,7 +1,5 @@
 """The text of a fit: what it says of an error that rises."""
 
-from dataclasses import replace
-
 from records_from_observations import records_from_observations
 from synthetic_observations import observations
 
@@ -32,5 +30,5 @@ def test_a_fit_that_raises_the_error_says_why() -> None:
 
 
 def test_the_reason_is_not_given_where_the_error_falls() -> None:
-    seen = records_from_observations([replace(one) for one in observations(linear(3e8), 0.01, 7)])
+    seen = records_from_observations(list(observations(linear(3e8), 0.01, 7)))
     assert RAISED not in fit(linear(4e8), seen).text
