@@ -6,19 +6,18 @@ Effects of the model's own parameters are projected out of both. The regression 
 not fitted to, so that noise gives it nothing.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.code_generation.compilation import bound, cached
 from core.diagnosis.worth import excess
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
 from core.fitting.observation import Observation
+from core.fitting.tangent import slip
 
 STRUCTURED = 0.05
 """Share of the residual's power predicted by a regression from which on the residual has structure. Chosen on even
@@ -115,7 +114,7 @@ def _regressors(observation: Observation, far: float, fast: float) -> Iterator[V
     yield from (u, v, u * np.abs(u), u**3, u**5, v * np.abs(v), np.sign(v) * np.sqrt(np.abs(v)), u**2, v * np.abs(u))
     yield from (v * u**2, u * largest, u * travel, u * load, u * warm, u * np.abs(across), given.v_cross / fast)
     for length in LENGTHS:
-        z = _compiled_stop()(u, length)
+        z = slip(u, length)[0] / length
         yield from (z, z * np.abs(u), z * largest, z * travel, z * load, z * warm, z * np.abs(across), z * np.abs(v))
     for lag in LAGS:
         late = round(lag * observation.rate)
@@ -125,20 +124,6 @@ def _regressors(observation: Observation, far: float, fast: float) -> Iterator[V
 def delayed(series: Vector, samples: int) -> Vector:
     """(n,) the series so many samples later; its first value before that."""
     return np.concatenate([np.full(samples, series[0]), series])[: series.size]
-
-
-@cache
-def _compiled_stop() -> Callable[[Vector, float], Vector]:
-    stop: Callable[[Vector, float], Vector] = cached(bound(_stop), "")
-    return stop
-
-
-def _stop(u, length):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """An elastic element that slips at the length, over its strength."""
-    z = np.zeros(u.size)
-    for i in range(1, u.size):
-        z[i] = min(1.0, max(-1.0, z[i - 1] + (u[i] - u[i - 1]) / length))
-    return z
 
 
 def _unit(rows: Matrix) -> Matrix:

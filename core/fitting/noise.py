@@ -6,6 +6,9 @@ record: about 1 if the model is right (0.95 to 1 where only white noise was adde
 simulated buildings, as the patterns of their error may be smaller than assumed). The ratio covers the frequencies
 at which the noise is known, leaves out the ends of a record that begins or ends in motion, and removes the known
 patterns of the force's error.
+
+The motion's error counts as what it does to the force of a law with the layer's tangent stiffness
+(core.fitting.tangent).
 """
 
 from collections.abc import Callable
@@ -17,6 +20,7 @@ import numpy as np
 from core.arrays import Vector
 from core.estimators.result import ErrorSpectrum, fused_displacement_error, white
 from core.fitting.observation import LayerHistory, Observation
+from core.fitting.tangent import tangent
 from core.signals.whitening import BAND, Whitening, shrunk, whitening
 
 EDGE = 0.5
@@ -81,21 +85,28 @@ _KNOWN: WeakKeyDictionary[Observation, ForceNoise] = WeakKeyDictionary()
 
 
 def _force_noise(observation: Observation) -> ForceNoise:
-    layer = observation.layer
-    error, motion = layer.force_error or _white_error(layer, observation.rate), _by_motion(layer, observation.rate)
-    taper = edge_taper(layer.force, observation.rate)
-    least = _least_density(layer, observation.rate)
-    weights = whitening(
-        layer.force,
-        observation.rate,
-        lambda f: np.maximum(error.at(f) + motion(f), least),
-        patterns=error.patterns if error.patterns.size else None,
-        passed=layer.band,
-        window=taper,
-    )
-    if error.is_shrunk:
-        weights = shrunk(weights, layer.force, error.at)
-    return ForceNoise(weights, _std(layer, taper, noise_rms(weights)))
+    layer, rate = observation.layer, observation.rate
+    error, taper = layer.force_error or _white_error(layer, rate), edge_taper(layer.force, rate)
+    least = _least_density(layer, rate)
+
+    def weights_with(motion: Callable[[Vector], Vector]) -> Whitening:
+        weights = whitening(
+            layer.force,
+            rate,
+            lambda f: np.maximum(error.at(f) + motion(f), least),
+            patterns=error.patterns if error.patterns.size else None,
+            passed=layer.band,
+            window=taper,
+        )
+        return shrunk(weights, layer.force, error.at) if error.is_shrunk else weights
+
+    weights = weights_with(np.zeros_like)
+    if layer.displacement_std is None or not np.ptp(layer.displacement) or not layer.force.any():
+        return ForceNoise(weights, _std(layer.force_std, taper, noise_rms(weights)))
+    law = tangent(layer, rate, weights)
+    weights = weights_with(_by_motion(layer, layer.displacement_std, rate, law.mean_square(taper)))
+    course = np.hypot(layer.force_std, law.stiffness * layer.displacement_std)
+    return ForceNoise(weights, _std(course, taper, noise_rms(weights)))
 
 
 def _white_error(layer: LayerHistory, rate: float) -> ErrorSpectrum:
@@ -110,28 +121,27 @@ def _least_density(layer: LayerHistory, rate: float) -> float:
     return least**2 / (rate / 2)
 
 
-def _by_motion(layer: LayerHistory, rate: float) -> Callable[[Vector], Vector]:
-    """N²/Hz at frequencies in Hz, error of a model's force by that of the motion that drives it."""
-    if layer.displacement_std is None or not np.ptp(layer.displacement):
-        return np.zeros_like
-    scale, std = _stiffness(layer) ** 2, float(np.median(layer.displacement_std))
+def _by_motion(
+    layer: LayerHistory, displacement_std: Vector, rate: float, stiffness: Callable[[Vector], Vector]
+) -> Callable[[Vector], Vector]:
+    """N²/Hz at frequencies in Hz, error of a model's force by that of the motion that drives it.
+
+    Args:
+        layer: whose motion it is.
+        displacement_std: (n,) m, of its error.
+        rate: Hz.
+        stiffness: (N/m)² at frequencies in Hz, mean square of the law's tangent.
+    """
+    std = float(np.median(displacement_std))
     if layer.velocity_std is None:
-        return lambda frequency: np.full(frequency.size, scale * std**2 / (rate / 2))
+        return lambda frequency: stiffness(frequency) * (std**2 / (rate / 2))
     motion = fused_displacement_error(std, float(np.median(layer.velocity_std)))
-    return lambda frequency: np.asarray(scale * motion.at(frequency))
+    return lambda frequency: np.asarray(stiffness(frequency) * motion.at(frequency))
 
 
-def _stiffness(layer: LayerHistory) -> float:
-    """N/m, change of the force over that of the displacement, root mean square."""
-    return float(np.linalg.norm(np.diff(layer.force))) / float(np.linalg.norm(np.diff(layer.displacement)))
-
-
-def _std(layer: LayerHistory, taper: Vector, rms: float) -> Vector:
-    """(n,) N, noise of each sample: in the course of the given standard deviations, with the mean square of rms."""
-    course = np.asarray(layer.force_std, dtype=float)
-    if layer.displacement_std is not None and np.ptp(layer.displacement):
-        course = np.hypot(course, _stiffness(layer) * layer.displacement_std)
-    course = course * taper
+def _std(course: Vector, taper: Vector, rms: float) -> Vector:
+    """(n,) N, noise of each sample: in the course of (n,) standard deviations, with the mean square of rms."""
+    course = np.asarray(course * taper)
     course = np.maximum(course / (float(course.max()) or 1.0), LEAST_SAMPLE)
     return np.asarray(course * rms / np.sqrt(np.mean(course**2)))
 
