@@ -2,8 +2,8 @@
 
 A linear regression of the residual on what a layer's force may depend on: motion and its powers, hysteretic variables
 of several lengths, the largest past displacement, travel, lags, the other direction, vertical load, temperature.
-Effects of the model's own parameters are projected out of both. The regression is judged on blocks of time that it was
-not fitted to, so that noise gives it nothing.
+Effects of the model's own parameters are projected out of both, and known patterns of the force's error count as little
+as in a fit. The regression is judged on blocks of time that it was not fitted to, so that noise gives it nothing.
 """
 
 from collections.abc import Iterator
@@ -89,7 +89,8 @@ def explained_share(data: FitData, fit: Fit) -> float:
     basis = linalg.orth(_unit(tangents(data, fit)).T)
     own = _unit(columns - (columns @ basis) @ basis.T)
     histories = [
-        np.array([whitening.back(row) / whitening.std.mean() for row in [fit.residual[span], *own[:, span]]])
+        np.array([whitening.history(row * whitening.std) for row in [fit.residual[span], *own[:, span]]])
+        / whitening.std.mean()
         for whitening, span in zip(data.whitenings, data.spans, strict=True)
     ]
     blocks = _blocks(data)

@@ -8,7 +8,8 @@ at which the noise is known, leaves out the ends of a record that begins or ends
 patterns of the force's error.
 
 The motion's error counts as what it does to the force of a law with the layer's tangent stiffness
-(core.fitting.tangent).
+(core.fitting.tangent). A delay between force and motion is a pattern, the force's rate: in a layer that stiffens or
+yields it looks like damping, and no effect is supported by it alone.
 """
 
 from collections.abc import Callable
@@ -17,10 +18,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from core.arrays import Vector
+from core.arrays import Matrix, Vector
 from core.estimators.result import ErrorSpectrum, fused_displacement_error, white
 from core.fitting.observation import LayerHistory, Observation
 from core.fitting.tangent import tangent
+from core.sensors.sensor_errors import SOUND_STD
 from core.signals.whitening import BAND, Whitening, shrunk, whitening
 
 EDGE = 0.5
@@ -36,6 +38,10 @@ LEAST_NOISE = 1e-6
 """Smallest noise over the root mean square of the force: a smaller one, or none, is not credible."""
 LEAST_SAMPLE = 1e-3
 """Smallest noise of a sample over that of its record. A choice."""
+
+TIMING_STD = float(SOUND_STD[1])
+"""s, standard deviation of the delay between the clocks of the accelerations, which give the force, and of the motion:
+that of sound sensors. No building file says which channels share a clock."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,14 +93,14 @@ _KNOWN: WeakKeyDictionary[Observation, ForceNoise] = WeakKeyDictionary()
 def _force_noise(observation: Observation) -> ForceNoise:
     layer, rate = observation.layer, observation.rate
     error, taper = layer.force_error or _white_error(layer, rate), edge_taper(layer.force, rate)
-    least = _least_density(layer, rate)
+    least, patterns = _least_density(layer, rate), _patterns(layer, rate, error)
 
     def weights_with(motion: Callable[[Vector], Vector]) -> Whitening:
         weights = whitening(
             layer.force,
             rate,
             lambda f: np.maximum(error.at(f) + motion(f), least),
-            patterns=error.patterns if error.patterns.size else None,
+            patterns=patterns,
             passed=layer.band,
             window=taper,
         )
@@ -107,6 +113,12 @@ def _force_noise(observation: Observation) -> ForceNoise:
     weights = weights_with(_by_motion(layer, layer.displacement_std, rate, law.mean_square(taper)))
     course = np.hypot(layer.force_std, law.stiffness * layer.displacement_std)
     return ForceNoise(weights, _std(course, taper, noise_rms(weights)))
+
+
+def _patterns(layer: LayerHistory, rate: float, error: ErrorSpectrum) -> Matrix:
+    """(p, n) N, effects on the force of independent causes: those of its estimate, and a delay against the motion."""
+    late = TIMING_STD * rate * np.gradient(layer.force)[None]
+    return np.concatenate([error.patterns, late]) if error.patterns.size else late
 
 
 def _white_error(layer: LayerHistory, rate: float) -> ErrorSpectrum:

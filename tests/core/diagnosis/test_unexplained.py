@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_observations import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, RATE, observations
 
 from core.arrays import Vector
 from core.diagnosis.unexplained import delayed, explained_share
@@ -47,6 +47,12 @@ def test_what_the_models_own_parameters_can_do_is_no_structure() -> None:
     """A stiffness that is 3 % off is a refit: it is projected out of residual and regressors alike."""
     softer = tuple(with_force(one, 0.03 * 475e6 * one.layer.displacement) for one in SEEN)
     assert share(softer) < NOTHING
+
+
+def test_a_delay_of_the_force_is_no_structure() -> None:
+    """Of 1.5 ms: by the clocks of sound sensors."""
+    late = tuple(with_force(one, -0.0015 * RATE * np.gradient(one.layer.force)) for one in SEEN)
+    assert share(late) < NOTHING
 
 
 def test_a_force_of_another_record_is_foretold_by_nothing() -> None:
