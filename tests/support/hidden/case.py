@@ -12,6 +12,7 @@ from types import MappingProxyType
 from hidden.catalogue import LAWS
 from hidden.faults import KINDS
 from hidden.law import Law
+from hidden.sensors import RESOLUTION
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,10 @@ class Case:
     """Share of the noise's power."""
     gain_error: float = 0.0
     """Standard deviation of every accelerometer's gain."""
+    resolution: float = RESOLUTION
+    """m, of the displacement sensor."""
+    clock_error: float = 0.0
+    """s, standard deviation of every sensor's delay."""
     only_x: bool = False
     """True if the hidden laws act along x alone; the building moves along y too, and that is recorded."""
     moving: bool = False
@@ -50,6 +55,8 @@ WORDS: Mapping[str, Mapping[str, object]] = MappingProxyType(
         "storey": {"softened": (0.2, 0.4)},
         "pink": {"pink": 0.5},
         "gains": {"gain_error": 0.01},
+        "coarse": {"resolution": 2e-4},
+        "clocks": {"clock_error": 1e-3},
         "moving": {"moving": True},
         "only_x": {"only_x": True},
     }

@@ -8,7 +8,7 @@ import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.record import Channel
-from hidden.sensors import RATE
+from hidden.sensors import RATE, late, shifted
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,21 +52,12 @@ def _between(low: float, high: float) -> Callable[[np.random.Generator], float]:
     return lambda rng: float(rng.uniform(low, high))
 
 
-def _shifted(samples: Vector, at: Vector) -> Vector:
-    """The band-limited series between its samples, at places counted in samples; what lies outside is its end's."""
-    fine = 16
-    lines = np.fft.rfft(np.concatenate([samples, samples[::-1]]))
-    count = 2 * samples.size * fine
-    dense = np.fft.irfft(np.pad(lines, (0, count // 2 + 1 - lines.size)), count)[: samples.size * fine] * fine
-    return np.interp(at * fine, np.arange(dense.size), dense)
-
-
 def _late(samples: Vector, value: float, rng: np.random.Generator) -> Vector:
-    return _shifted(samples, np.clip(np.arange(samples.size) - value * RATE, 0, samples.size - 1))
+    return late(samples, value)
 
 
 def _fast(samples: Vector, value: float, rng: np.random.Generator) -> Vector:
-    return _shifted(samples, np.clip(np.arange(samples.size) * (1 - value), 0, samples.size - 1))
+    return shifted(samples, np.clip(np.arange(samples.size) * (1 - value), 0, samples.size - 1))
 
 
 def _drifting(samples: Vector, value: float, rng: np.random.Generator) -> Vector:

@@ -16,7 +16,7 @@ from hidden.faults import KINDS, Fault, faulty
 from hidden.integration import Cube, Hidden, Response
 from hidden.law import Need
 from hidden.plan import FITTED, PEAKS, Plan, plans, shaking
-from hidden.sensors import RATE, Noise, displacement_reading, noise, sampled
+from hidden.sensors import RATE, Noise, displacement_reading, late, noise, sampled
 from hidden.strength import misfit_of, scaled_to_misfit, scaled_to_peaks, simulate_events, with_usual_yielding
 
 FINE = 1000.0
@@ -102,10 +102,12 @@ def trial(text: str, seed: int) -> Trial:
     found = simulate_events(true, laws, earthquakes, scales, FINE, happens)
     description, softened = _softened(describe(true, wanted, happens, rng), wanted, rng)
     faults = _faults(wanted, description, rng)
-    noisy = Noise(float(rng.choice([0.01, 0.03, 0.1])), wanted.pink)
+    noisy = Noise(float(rng.choice([0.01, 0.03, 0.1])), wanted.pink, wanted.resolution)
     gains = 1 + wanted.gain_error * rng.standard_normal(len(description.channels))
+    clocks = np.random.default_rng([seed, *text.encode(), 0])  # its own: other draws are the same without it
+    delays = wanted.clock_error * clocks.standard_normal(len(description.channels))
     events = tuple(
-        _recorded(_exact(plan, scale, answer, happens), description, noisy, gains, faults, wanted, rng)
+        _recorded(_exact(plan, scale, answer, happens), description, noisy, gains, delays, faults, wanted, rng)
         for plan, scale, answer in zip(earthquakes, scales, found.answers, strict=True)
     )
     return Trial(
@@ -181,6 +183,7 @@ def _recorded(
     description: BuildingDescription,
     noisy: Noise,
     gains: Vector,
+    delays: Vector,
     faults: tuple[Fault, ...],
     wanted: Case,
     rng: np.random.Generator,
@@ -188,6 +191,8 @@ def _recorded(
     samples = np.array([reading(channel, event, noisy, rng) for channel in description.channels])
     is_acceleration = np.array([channel.quantity == "acceleration" for channel in description.channels])
     samples[is_acceleration] *= gains[is_acceleration, None]
+    if wanted.clock_error:
+        samples = np.array([late(row, delay) for row, delay in zip(samples, delays, strict=True)])
     for fault in faults:
         samples = faulty(samples, description.channels, fault, rng)
     whole = replace(event, record=replace(event.record, channels=description.channels, samples=samples))
@@ -199,7 +204,7 @@ def reading(channel: Channel, event: Event, noisy: Noise, rng: np.random.Generat
     if channel.quantity == "temperature":
         return event.temperature + 0.1 * rng.standard_normal(event.vertical.size)
     if channel.quantity == "displacement":
-        return displacement_reading(event.displacement["xy".index(str(channel.direction))], rng)
+        return displacement_reading(event.displacement["xy".index(str(channel.direction))], noisy.resolution, rng)
     exact = _acceleration(channel, event)
     return exact + noise(noisy, float(np.sqrt(np.mean(exact**2))), exact.size, rng)
 
