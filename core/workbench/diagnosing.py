@@ -7,15 +7,17 @@ error of these whole histories is not kept.
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import inf, isfinite
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.building_faults import FLOOR_SHARE, TOTAL_MASS, building_faults
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
+from core.diagnosis.naming import CLOSE
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped
 from core.diagnosis.sensor_faults import IN_USE, BuildingFault, Cause, sensor_faults
+from core.diagnosis.worth import NoiseRatios, worth
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.fitting.fit import Fit
@@ -398,16 +400,27 @@ def _replaced(result: DiagnosisResult) -> Iterator[str]:
 
 
 def _open(result: DiagnosisResult) -> Iterator[str]:
-    """Effects that the numbers support although something speaks against them, and undetermined effects."""
+    """Effects that may be meant although something speaks against them, and undetermined effects."""
     named = {stage.effect for stage in result.stages}
-    strange = [one for one in result.candidates if one.implausible and one.delta_bic < -DECISIVE]
-    for one in [one for one in strange if one.effect not in named][:RUNNERS_UP]:
+    strange = [one for one in result.candidates if one.effect not in named and one.implausible]
+    for one in [one for one in strange if _may_be_meant(one, result)][:RUNNERS_UP]:
         against = objection(one.effect, one.fit, result.earthquakes.fitted)
         verdict = IMPOSSIBLE if against is not None and against.is_impossible else DOUBTFUL
         yield f"Not proposed because it is {verdict}: {titled(one.effect)}; {one.implausible}."
     unseen = ", ".join(dict.fromkeys(name for name, _ in result.diagnosis.refitted.undetermined))
     if unseen:
         yield f"Not determined by these records: {unseen}."
+
+
+def _may_be_meant(one: Candidate, result: DiagnosisResult) -> bool:
+    """True if an effect would earn a name by itself, and leaves little more than the best against which nothing
+    speaks."""
+    if one.delta_bic >= -DECISIVE:
+        return False
+    before = NoiseRatios(result.diagnosis.first.noise_ratio(result.diagnosis.refitted), held_out=None)
+    best = min((other.noise_ratio for other in result.candidates if not other.implausible), default=inf)
+    earns = worth(before, NoiseRatios(one.noise_ratio, held_out=None)).earns_a_name
+    return earns and one.noise_ratio <= CLOSE * max(best, 1.0)
 
 
 def _untried(result: DiagnosisResult) -> Iterator[str]:

@@ -142,10 +142,10 @@ def resembling(steps: Sequence[Step]) -> Iterator[str]:
             continue
         fitted, held_out = _share(max(step.worth.fitted, 0.0)), step.worth.held_out
         if held_out is None:
-            yield f"{_capital(step.chosen.effect)} takes {fitted} of the excess error where it was fitted."
+            yield f"It takes {fitted} of the excess error where it was fitted."
         else:
             yield (
-                f"{_capital(step.chosen.effect)} takes {fitted} of the excess error where it was fitted and "
+                f"It takes {fitted} of the excess error where it was fitted and "
                 f"{_share(max(held_out, 0.0))} on held-out earthquakes."
             )
 

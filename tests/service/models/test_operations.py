@@ -219,6 +219,18 @@ def test_an_impossible_effect_is_never_the_nearest_nor_stated_to_help(diagnosed:
     assert "With hardening" not in printed
 
 
+@pytest.mark.parametrize(("ratios", "is_mentioned"), [(1.9, True), (2.1, False)])
+def test_a_doubtful_effect_is_mentioned_only_if_it_leaves_little_more_than_the_best(
+    diagnosed: DiagnosisResult, ratios: float, *, is_mentioned: bool
+) -> None:
+    """Twice what hardening leaves is too much; the model without it leaves more than that."""
+    best, other = (replace(one, delta_bic=-1e6) for one in diagnosed.candidates[:2])
+    left = diagnosed.diagnosis.ratios_before.fitted / 3
+    doubtful = replace(other, implausible="its law is doubtful", noise_ratio=ratios * left)
+    printed = " ".join(replace(diagnosed, candidates=(replace(best, noise_ratio=left), doubtful)).text)
+    assert ("; its law is doubtful." in printed) == is_mentioned
+
+
 def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[DiagnosisResult]) -> None:
     diverging = (Dropped("moat", "its force grew beyond all bounds"),)
     found = replace(hard, result=replace(hard.result, diverging=diverging))
