@@ -150,11 +150,11 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
             continue
         near = max(range(len(alike)), key=lambda n: (own @ alike[n]) / np.linalg.norm(alike[n]))
         if near == 0 or modes is None:
-            return "it moves with the slab: a mass in the building file is rather wrong"
+            return "it moves with the slab: a wrong mass in the building file would make the same force"
         frequency = modes.frequency[near - 1]
         return (
-            f"it swings as mode {near} of the superstructure, at {frequency:.3g} Hz: the floors' masses in the "
-            "building file are rather wrong"
+            f"it swings as mode {near} of the superstructure, at {frequency:.3g} Hz: wrong masses of floors in the "
+            "building file would make the same force"
         )
     return None
 

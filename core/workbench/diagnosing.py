@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.building_faults import FLOOR_SHARE, TOTAL_MASS, building_faults
+from core.diagnosis.effect_search import ABOVE_NOISE
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.diagnosis.naming import CLOSE
 from core.diagnosis.plausibility import objection
@@ -413,14 +414,16 @@ def _open(result: DiagnosisResult) -> Iterator[str]:
 
 
 def _may_be_meant(one: Candidate, result: DiagnosisResult) -> bool:
-    """True if an effect would earn a name by itself, and leaves little more than the best against which nothing
-    speaks."""
-    if one.delta_bic >= -DECISIVE:
+    """True if the model leaves more than noise, and an effect would earn a name by itself, leaves little more than the
+    best against which nothing speaks, and does not raise the error in held-out earthquakes."""
+    left, out = result.diagnosis.before, result.earthquakes.groups.get(HELD_OUT, ())
+    if one.delta_bic >= -DECISIVE or not (left.is_there or left.noise_ratio > ABOVE_NOISE):
         return False
-    before = NoiseRatios(result.diagnosis.first.noise_ratio(result.diagnosis.refitted), held_out=None)
+    if one.after_held_out is not None and lowers_error(one.after_held_out, result.versions[1].error(out)):
+        return False  # it raises the error
     best = min((other.noise_ratio for other in result.candidates if not other.implausible), default=inf)
-    earns = worth(before, NoiseRatios(one.noise_ratio, held_out=None)).earns_a_name
-    return earns and one.noise_ratio <= CLOSE * max(best, 1.0)
+    before, after = (NoiseRatios(ratio, held_out=None) for ratio in (left.noise_ratio, one.noise_ratio))
+    return worth(before, after).earns_a_name and one.noise_ratio <= CLOSE * max(best, 1.0)
 
 
 def _untried(result: DiagnosisResult) -> Iterator[str]:

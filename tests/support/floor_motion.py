@@ -12,6 +12,11 @@ from core.fitting.observation import Observation
 MODES = ((1.1, 0.02, 1.0), (3.0, 0.03, 0.2))
 """Frequency in Hz, damping ratio, and share in the motion of the floors' mean."""
 
+CARRIES = 0.3
+"""Motion, relative to the slab, of the floor that carries a damper, over that of the floors' mean."""
+DAMPER = 3e5, 0.6, 0.1
+"""Its mass in kg, frequency in Hz and damping ratio."""
+
 
 def with_floors(one: Observation, change: float, described: BuildingDescription) -> Observation:
     """The observation of shaken ground, its force estimated with the described masses.
@@ -31,6 +36,25 @@ def with_floors(one: Observation, change: float, described: BuildingDescription)
         conditions=replace(one.conditions, ground=ground),
         estimate=RestoringForce("cms", force, force - modal, modal, one.layer.force_std, ()),
         building=described,
+    )
+
+
+def with_floor_damper(one: Observation) -> Observation:
+    """The observation with a mass on a spring on a floor, which is not among the masses of the building file.
+
+    Args:
+        one: of a building with floors.
+    """
+    known, ground = one.estimate, one.conditions.ground
+    assert known is not None
+    mass, frequency, damping = DAMPER
+    slab = ground + RATE * np.gradient(one.layer.velocity)
+    floor = slab + CARRIES * sum(share * _relative(slab, f, z) for f, z, share in MODES)
+    more = mass * (floor + _relative(floor, frequency, damping))
+    return replace(
+        one,
+        layer=replace(one.layer, force=one.layer.force + more),
+        estimate=replace(known, force=known.force + more, rigid=known.rigid + more),
     )
 
 

@@ -98,6 +98,7 @@ def test_a_mass_that_swings_as_the_building_does_is_a_wrong_mass_of_it(
         assert against is not None
         assert against.is_impossible
         assert against.reason.startswith(reason)
+        assert against.reason.endswith("in the building file would make the same force")
 
 
 @pytest.mark.parametrize(("speed", "is_doubtful"), [(0.05, False), (0.2, True)])

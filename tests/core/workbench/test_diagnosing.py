@@ -60,3 +60,38 @@ def test_an_amplitude_below_its_deviation_is_said_not_to_be_seen(*, std: float, 
     said = list(unseen("moat", Isolator({"moat": wall}), {"moat": {"wall": 1e6, "wall_back": std}}))
     assert bool(said) is not is_seen
     assert all(one.startswith("No wall_back is seen in these records (stiffness of the contact in") for one in said)
+
+
+@pytest.fixture(scope="module")
+def complete() -> DiagnosisResult:
+    """Nothing is missing; the last of four earthquakes is held out."""
+    seen = records_from_observations(list(observations(BOUC_WEN, 0.01, 3, (0.02, 0.08, 0.03, 0.05))), {"event 3"})
+    return diagnose(BOUC_WEN, seen, effects=("inerter",), directions=["x"])
+
+
+@pytest.mark.parametrize(
+    ("noise_ratio", "held_out", "is_said"), [(1.5, 0.5, True), (1.5, 1.0, True), (1.5, 2.0, False), (0.6, 0.5, False)]
+)
+def test_an_objection_is_said_where_more_than_noise_is_left_and_the_effect_would_help(
+    complete: DiagnosisResult, *, noise_ratio: float, held_out: float, is_said: bool
+) -> None:
+    """What takes nothing but noise shows nothing, and no mass of the building file to be wrong either.
+
+    Args:
+        complete: the diagnosis.
+        noise_ratio: that the model leaves.
+        held_out: error with the effect over that without it, in held-out earthquakes.
+        is_said: whether the objection is.
+    """
+    (inerter,) = complete.candidates
+    before = complete.versions[1].error(("event 3",))
+    tried = replace(
+        inerter,
+        implausible="it moves with the slab",
+        delta_bic=-160.0,
+        after=replace(complete.before, error=0.2 * complete.before.error),
+        after_held_out=replace(before, error=held_out**2 * before.error),
+    )
+    left = replace(complete.diagnosis.before, noise_ratio=noise_ratio, share=0.0)
+    result = replace(complete, candidates=(tried,), diagnosis=replace(complete.diagnosis, before=left))
+    assert any(said.startswith("Not proposed because") for said in result.text) == is_said

@@ -5,7 +5,7 @@ from functools import cache
 
 import pytest
 from building_models import paper
-from floor_motion import with_floors
+from floor_motion import with_floor_damper, with_floors
 from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.building_faults import FLOOR_SHARE
@@ -64,4 +64,13 @@ def test_masses_that_fit_are_not_mentioned(hidden: str, named: list[str]) -> Non
     result = diagnosed(0.0, hidden)
     assert result.faults == ()
     assert [step.chosen.effect for step in result.diagnosis.named] == named
+    assert not any("masses in the building file" in sentence for sentence in result.text)
+
+
+def test_a_damper_on_a_floor_is_no_wrong_mass() -> None:
+    """Beside a mass on the slab, which comes near, a wrong share would take a part of what is left."""
+    seen = [with_floor_damper(with_floors(one, 0.0, paper())) for one in observations(BOUC_WEN, 0.01, 3, PEAKS)]
+    result = diagnose(BOUC_WEN, seen, hold_out=[seen[-1].name], effects=(*OFFERED, "tuned_mass"))
+    assert result.faults == ()
+    assert [step.chosen.effect for step in result.diagnosis.steps] == ["tuned_mass"]
     assert not any("masses in the building file" in sentence for sentence in result.text)
