@@ -15,7 +15,7 @@ from core.errors import ModelError
 from core.fitting.fit import Fit, weighted_fit
 from core.frozen import FrozenDict
 from core.model.isolator import Isolator
-from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Version, lowers, model_errors
 from core.workbench.fitting import deviations
 
 AS_GIVEN, REFITTED = "as given", "refitted"
@@ -99,26 +99,40 @@ class Stage:
     """Ratio of the variances to those that the measurement's noise alone would cause."""
 
 
-def stages(diagnosis: Diagnosis, earthquakes: Earthquakes) -> tuple[Stage, ...]:
-    """The model with the first effect of a diagnosis, with the first two, and so on.
+def stages(
+    diagnosis: Diagnosis, refitted: Version, earthquakes: Earthquakes
+) -> tuple[tuple[Stage, ...], tuple[Version, ...]]:
+    """Stages of the model, each of which lowers the error of whole histories, and the versions, the refitted one first.
 
-    Where an effect took another's place the diagnosis never fitted the models before it: they are fitted here.
+    The effects are in the order of the diagnosis as far as possible: one may help only beside another.
+
+    Args:
+        diagnosis: of a model.
+        refitted: the version with the model's own effects, fitted.
+        earthquakes: of the diagnosis.
     """
-    added: list[str] = []
-    made: list[Stage] = []
-    for step in diagnosis.steps:
-        added.append(step.chosen.effect)
-        wanted = {*diagnosis.given.effects, *added}
-        if set(step.chosen.fit.model.effects) == wanted:
-            fit, inflation = step.chosen.fit, step.ranking.inflation
-        else:
-            whole = diagnosis.after.model.effects
-            own = weighted_fit(earthquakes.fitted, Isolator({n: v for n, v in whole.items() if n in wanted}))
-            fit, inflation = own.fit, own.inflation
-        made.append(Stage(step.chosen.effect, step, fit, inflation))
-    return tuple(made)
+    left, staged, versions = diagnosis.steps, list[Stage](), [refitted]
+
+    def tried(step: Step) -> tuple[Stage, Version]:
+        made = _stage(step, staged, diagnosis, earthquakes)
+        name = f"with {', '.join(one.effect for one in (*staged, made))}"
+        return made, Version(name, model_errors(made.fit.model, earthquakes))
+
+    while lowering := next((one for one in map(tried, left) if lowers(versions[-1], one[1], earthquakes)), None):
+        staged.append(lowering[0])
+        versions.append(lowering[1])
+        left = tuple(step for step in left if step is not lowering[0].step)
+    return tuple(staged), tuple(versions)
 
 
-def version_name(stages: Sequence[Stage]) -> str:
-    """Name of the version with the effects of these stages."""
-    return f"with {', '.join(stage.effect for stage in stages)}"
+def _stage(step: Step, before: Sequence[Stage], diagnosis: Diagnosis, earthquakes: Earthquakes) -> Stage:
+    """The model with the effects of some stages and with the one of a step.
+
+    Where the diagnosis never fitted this model, because an effect took another's place, it is fitted here.
+    """
+    wanted = {*diagnosis.given.effects, *(one.effect for one in before), step.chosen.effect}
+    if set(step.chosen.fit.model.effects) == wanted:
+        return Stage(step.chosen.effect, step, step.chosen.fit, step.ranking.inflation)
+    whole = diagnosis.after.model.effects
+    own = weighted_fit(earthquakes.fitted, Isolator({n: v for n, v in whole.items() if n in wanted}))
+    return Stage(step.chosen.effect, step, own.fit, own.inflation)

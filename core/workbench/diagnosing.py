@@ -30,11 +30,11 @@ from core.record import Direction
 from core.rounding import plain
 from core.tables import Table, report
 from core.units import percent, quantity
-from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, stages, version_name
+from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, Stage, stages
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.correcting import corrected_copy
 from core.workbench.directions import DirectionDiagnosis, check_directions, direction_sentences, each_direction
-from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, lowers, model_errors
+from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, model_errors
 from core.workbench.fitting import deviations, readable
 from core.workbench.out_of_range import OutOfRange, out_of_range, range_sentences
 from core.workbench.progress import FINE, Progress, silent, within
@@ -180,14 +180,9 @@ def diagnose(
     progress("locating the model's errors", 60, FINE)
     refitted = compare(readable(diagnosis.refitted.model), seen)
     progress("driving the versions by the motion and by the ground alone", 65, FINE)
-    staged = stages(diagnosis, seen)
-    versions = [Version(AS_GIVEN, model_errors(model, seen)), Version(REFITTED, refitted.errors)]
-    for number, stage in enumerate(staged):
-        version = Version(version_name(staged[: number + 1]), model_errors(stage.fit.model, seen))
-        if not lowers(versions[-1], version, seen):
-            diagnosis, staged = _cut(diagnosis, staged[:number], seen), staged[:number]
-            break
-        versions.append(version)
+    staged, versions = stages(diagnosis, Version(REFITTED, refitted.errors), seen)
+    diagnosis = _with_steps(diagnosis, staged, seen)
+    versions = (Version(AS_GIVEN, model_errors(model, seen)), *versions)
     failing = out_of_range(versions[-1].errors, seen)
     if failing and _fits(diagnosis):
         diagnosis = replace(diagnosis, outcome=Outcome.OUT_OF_RANGE)
@@ -202,7 +197,7 @@ def diagnose(
         candidates=found.candidates,
         faults=_faults(diagnosis, seen),
         stages=staged,
-        versions=tuple(versions),
+        versions=versions,
         out_of_range=failing,
         directions=each,
         diverging=found.diverging,
@@ -221,15 +216,19 @@ def last_fit(diagnosis: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]
     return (staged[-1].fit, staged[-1].inflation) if staged else (diagnosis.refitted, diagnosis.first.inflation)
 
 
-def _cut(diagnosis: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
-    """The diagnosis with the first effects only, since the next one does not lower the error of whole histories."""
+def _with_steps(diagnosis: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
+    """The diagnosis with the effects of these stages only, since the others do not lower the error of whole
+    histories."""
+    steps = tuple(one.step for one in kept)
+    if len(steps) == len(diagnosis.steps):
+        return replace(diagnosis, steps=steps)
     after = kept[-1].fit if kept else diagnosis.refitted
     again = diagnosed(earthquakes.fitted, after.model, (), held_out=earthquakes.tested)
     return replace(
         diagnosis,
         outcome=diagnosis.outcome if kept else Outcome.UNKNOWN,
-        steps=diagnosis.steps[: len(kept)],
-        idle=(*diagnosis.steps[len(kept) :], *diagnosis.idle),
+        steps=steps,
+        idle=(*(one for one in diagnosis.steps if not any(one is step for step in steps)), *diagnosis.idle),
         after=after,
         unexplained=replace(again.unexplained, allowed=diagnosis.unexplained.allowed),
         ratios_after=again.ratios_before,

@@ -9,6 +9,7 @@ from records_from_observations import records_from_observations
 from synthetic_observations import BOUC_WEN, observations
 
 from core.model.isolator import Isolator
+from core.workbench.candidates import stages
 from core.workbench.diagnosing import DiagnosisResult, diagnose
 from core.workbench.texts import unseen
 
@@ -28,6 +29,25 @@ def test_the_values_in_the_text_are_those_of_the_final_model(by_two: DiagnosisRe
     said, alone = (f"{model.effects[first.effect]['stiffening']:.4f}" for model in (by_two.model, first.fit.model))
     assert alone != said
     assert f"The rubber stiffens by a share of {said} for each degree" in by_two.text[0]
+
+
+def test_an_effect_that_lowers_the_error_only_beside_another_is_added_after_it(by_two: DiagnosisResult) -> None:
+    """Alone, the first effect would raise the error: here its value is three times too large."""
+    diagnosis, refitted = by_two.diagnosis, by_two.versions[1]
+    first, second = diagnosis.steps
+    effect, fit = first.chosen.effect, first.chosen.fit
+    values = fit.model.effects[effect]
+    far = {**values, "stiffening": 3 * values["stiffening"]}
+    poor = replace(fit, model=Isolator({**fit.model.effects, effect: far}))
+    steps = (replace(first, chosen=replace(first.chosen, fit=poor)), second)
+    staged, versions = stages(replace(diagnosis, steps=steps), refitted, by_two.earthquakes)
+    assert [one.effect for one in staged] == [second.chosen.effect, effect]
+    assert [one.name for one in versions[1:]] == [
+        f"with {second.chosen.effect}",
+        f"with {second.chosen.effect}, {effect}",
+    ]
+    errors = [one.error(by_two.earthquakes.fitted_names).rms for one in versions]
+    assert errors == sorted(errors, reverse=True)
 
 
 @pytest.fixture(scope="module")
