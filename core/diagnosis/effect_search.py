@@ -39,6 +39,9 @@ CLEAR, CLEAR_SHARE = 100.0, 0.04
 """or, where the noise ratio is not above ABOVE_NOISE, support by more than the first (−ΔBIC) that takes more than the
 second of the power. Noise alone gave up to 60 and 0.03 in 16 trials with one law (even seeds of
 benchmarks.diagnosis)."""
+FEW_RATIOS = 3.0
+"""Noise ratio from which on what an effect leaves shows another law than its own. Chosen on 35 trials of
+benchmarks.diagnosis with seed 0."""
 LOWERS = 0.98
 """Largest ratio of the force's error in N after and before an effect for which the effect is named. Chosen on even
 seeds of benchmarks.diagnosis."""
@@ -90,7 +93,7 @@ def searched(
         pair = best_pair(by_noise, first, allowed, last.base.model, _pair_leaves(len(steps)))
         steps, last = _added(by_noise, *_by_pair(pair, steps, last, rank), rank, report_step)
     lowest = np.inf
-    while len(steps) > PAIR and (now := error(last.data, last.base)) < LOWERS * lowest:
+    while may_be_exchanged(steps, last) and (now := error(last.data, last.base)) < LOWERS * lowest:
         lowest = now
         steps, last = _added(by_noise, *swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
     if len(steps) > 1:  # beside the others, a simpler law may do
@@ -172,6 +175,12 @@ def swapped(
         steps = [one for one in steps if one is not step] + ([] if again is None else [again])
         last = rank(ranking.base.model if again is None else again.chosen.fit.model)
     return steps, last
+
+
+def may_be_exchanged(steps: Sequence[Step], last: Ranking) -> bool:
+    """True if one of three effects may stand in for another law of the library: where three leave much more than noise,
+    their cause is none of them."""
+    return len(steps) > PAIR and last.noise_ratio(last.base) <= FEW_RATIOS
 
 
 def without(model: Isolator, effect: str) -> Isolator:

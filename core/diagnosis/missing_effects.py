@@ -11,9 +11,17 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from core.diagnosis.effect_search import ABOVE_NOISE, Step, best_step, is_off, searched, unreported
-from core.diagnosis.naming import (
+from core.diagnosis.effect_search import (
+    ABOVE_NOISE,
     FEW_RATIOS,
+    MOST_EFFECTS,
+    Step,
+    best_step,
+    is_off,
+    searched,
+    unreported,
+)
+from core.diagnosis.naming import (
     NEARLY,
     are_of_one_kind,
     certain,
@@ -23,7 +31,7 @@ from core.diagnosis.naming import (
     with_near,
     with_plausible,
 )
-from core.diagnosis.ranking import Dropped, Ranking, ranked
+from core.diagnosis.ranking import Dropped, Ranking, Rankings, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
 from core.diagnosis.worth import Judge, NoiseRatios, Worth, worth
 from core.effects import EFFECTS
@@ -180,9 +188,13 @@ def diagnosed(
 
     course = _Course(report, doing)
     first = ranked(by_noise, model, _others(allowed_effects, model), report=course.ranking())
+    made = Rankings([first])
 
     def rank(now: Isolator, known: Isolator | None = None) -> Ranking:
-        return ranked(by_noise, now, _others(allowed_effects, now), known, first.base.model, course.ranking())
+        others = _others(allowed_effects, now) if len(now.effects) < len(model.effects) + MOST_EFFECTS else []
+        return made.known(now, known) or made.add(
+            ranked(by_noise, now, others, known, first.base.model, course.ranking())
+        )
 
     steps, last = searched(by_noise, first, allowed_effects, rank, course.step)
     judge = Judge.of(observations, held_out)
@@ -195,6 +207,8 @@ def diagnosed(
         idle = [*more, *others]
     steps, rest, last = certain(by_noise, judge, steps, first, last, rank)
     idle = [*rest, *idle]
+    if first.candidates and not last.candidates:  # to which no effect may be added
+        last = ranked(by_noise, last.base.model, _others(allowed_effects, last.base.model), report=course.ranking())
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
     if len(steps) == 1 and (left.is_there or is_one_law):

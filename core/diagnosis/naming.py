@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnosis.effect_search import (
+    FEW_RATIOS,
     LOWERS,
     Rank,
     Step,
@@ -30,9 +31,6 @@ from core.model.isolator import Isolator
 NEARLY = 0.9
 """Share of the excess error from which on a law is at least of the same kind as the true one. Where a law leaves
 something, all that take this share may be meant. Chosen on 35 trials of benchmarks.diagnosis with seed 0."""
-FEW_RATIOS = 3.0
-"""Noise ratio from which on what an effect leaves shows another law than its own. Chosen on 35 trials of
-benchmarks.diagnosis with seed 0."""
 CLOSE = 2.0
 """Largest ratio of the noise ratio that another law leaves to that of the best, or to 1 where this is more, with which
 it may be meant: many laws take nine tenths of a huge error. A choice: of friction that grows smoothly with the speed,
@@ -52,14 +50,17 @@ def earning(
     error need not lower the error that an engineer sees, or the error of earthquakes that it was not fitted to.
     """
     idle: list[Step] = []
+    model = last.base.model
     while steps:
-        now, after = last.base.model.effects, judge.noise_ratios(last.base.model)
+        now, after = model.effects, judge.noise_ratios(model)
         whole, _ = _refitted(by_noise, now)
         needed: dict[str, float] = {}
+        others: dict[str, Isolator] = {}
         for number, step in enumerate(steps):
             name = step.chosen.effect
             try:
-                left, rest = _refitted(by_noise, {n: v for n, v in now.items() if n != name})
+                left, rest = _refitted(by_noise, without(model, name).effects)
+                others[name] = rest
             except ModelError:  # the others alone diverge at these values: those of the ranking without it do not
                 left, rest = np.inf, step.ranking.base.model
             needed[name] = left / whole
@@ -69,10 +70,15 @@ def earning(
         if not failing:
             break
         steps, idle = [step for step in steps if step is not failing[-1]], [failing[-1], *idle]
-        last = rank(Isolator({n: v for n, v in now.items() if n != failing[-1].chosen.effect}))
+        name = failing[-1].chosen.effect
+        if after.fitted > FEW_RATIOS and name in others:  # another law: an exchange makes no name
+            model = others[name]
+            continue
+        last = rank(without(model, name))
         if len(steps) > 1:
             steps, last = swapped(steps, last, rank, unreported, steps)
-    return steps, idle, last
+        model = last.base.model
+    return steps, idle, last if model is last.base.model else rank(model)
 
 
 def certain(

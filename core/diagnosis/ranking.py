@@ -72,6 +72,8 @@ YIELD_CHANNELS = ("slope", "plasticity", "flow", "sharpness", "growth", "relaxin
 """Channels by which effects change how the damper yields."""
 PLACES_TRIED = 2
 """Forms, the most promising first, of which a law is searched from their own best place. A choice, for its time."""
+SAME = 1e-3
+"""Share of the residual's power that is no difference between two fits of the same effects. A choice."""
 HELD_WORTH = 0.03
 """Smallest share of the residual's power that another value of a held parameter must take to be kept. A choice."""
 
@@ -136,6 +138,40 @@ class Ranking:
     def _is_worth_it(self, one: ScoredCandidate) -> bool:
         before, after = (float(np.sum((self.left(fit) / self.floor) ** 2)) for fit in (self.base, one.fit))
         return one.fit.chi_square <= (1 - WORTH) * self.base.chi_square and after <= (1 - FELT) * before
+
+
+class Rankings:
+    """Rankings that one diagnosis has made, so that none is made twice."""
+
+    def __init__(self, made: Iterable[Ranking]) -> None:
+        self._made = {frozenset(one.base.model.effects): one for one in made}
+
+    def add(self, ranking: Ranking) -> Ranking:
+        """Keep a ranking, instead of an earlier one with the same effects; returns it."""
+        self._made[frozenset(ranking.base.model.effects)] = ranking
+        return ranking
+
+    def known(self, model: Isolator, known: Isolator | None) -> Ranking | None:
+        """The ranking of a model with the same effects; None if there is none, or if these values lead to a lower
+        misfit, so that it may come out otherwise.
+
+        Args:
+            model: without the candidates, at values from which a ranking would begin.
+            known: the model with one of them, at values that are near its best; None if none is known.
+        """
+        found = self._made.get(frozenset(model.effects))
+        if found is None or _is_lower(found, model, found.base):
+            return None
+        if known is None:
+            return found
+        (effect,) = set(known.effects) - set(model.effects)
+        own = next((one.fit for one in found.candidates if one.effect == effect), None)
+        return None if own is None or _is_lower(found, known, own) else found
+
+
+def _is_lower(ranking: Ranking, model: Isolator, fit: Fit) -> bool:
+    """True if a search from the values of a model leads to a misfit that is lower than that of a fit."""
+    return fitted(ranking.data, model).chi_square < (1 - SAME) * fit.chi_square
 
 
 def ordered(scored: Iterable[ScoredCandidate]) -> tuple[ScoredCandidate, ...]:

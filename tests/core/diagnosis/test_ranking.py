@@ -8,7 +8,18 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
-from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Ranking, ScoredCandidate, ordered, ranked
+from core.diagnosis.ranking import (
+    ALIKE,
+    DECISIVE,
+    FELT,
+    SAME,
+    WORTH,
+    Ranking,
+    Rankings,
+    ScoredCandidate,
+    ordered,
+    ranked,
+)
 from core.errors import ModelError
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values
@@ -108,3 +119,19 @@ def test_a_model_that_diverges_at_its_values_is_ranked_from_calmer_ones() -> Non
     found = ranked(seen(), model, ["hardening"], calm=BOUC_WEN)
     assert found.noise_ratio(found.base) == pytest.approx(1.0, abs=0.1)
     assert [one.effect for one in found.candidates] == ["hardening"]
+
+
+def test_a_ranking_is_made_again_only_for_values_that_lead_to_less() -> None:
+    model = base().model
+    found = ranked(seen(), model, ["hardening"])
+    beside = found.candidates[0].fit.model
+    known = Rankings([found])
+    assert known.known(model, None) is found
+    assert known.known(model, beside) is found
+    assert known.known(beside, None) is None
+    worse = replace(found, base=replace(found.base, chi_square=found.base.chi_square / (1 - 2 * SAME)))
+    assert Rankings([worse]).known(model, None) is None
+    (candidate,) = found.candidates
+    far = replace(candidate, fit=replace(candidate.fit, chi_square=2 * candidate.fit.chi_square))
+    assert Rankings([replace(found, candidates=(far,))]).known(model, beside) is None
+    assert Rankings([replace(found, candidates=())]).known(model, beside) is None
