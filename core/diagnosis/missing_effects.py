@@ -215,7 +215,7 @@ def diagnosed(
         steps = [with_near(steps[0])]
     steps = [with_plausible(one, last.base, judge, rank, is_all=not left.is_there) for one in steps]
     after = judge.noise_ratios(last.base.model)
-    outcome = _outcome(steps, before, left, after.held_out or 0.0, is_supported=bool(first.supported))
+    outcome = outcome_of(steps, before, left, after.held_out or 0.0, is_supported=bool(first.supported))
     if outcome is Outcome.NOTHING_MISSING and is_off(first, first.base, model):
         outcome = Outcome.REFIT
     by_noise.memory.clear()
@@ -235,11 +235,11 @@ def diagnosed(
     )
 
 
-def _outcome(
+def outcome_of(
     steps: Sequence[Step], before: Unexplained, left: Unexplained, left_held_out: float, *, is_supported: bool
 ) -> Outcome:
-    """Outcome; an effect that the records support but that was not added leaves an unknown cause, if there was more
-    than noise without it.
+    """Outcome of a diagnosis. An effect that the records support but that was not added leaves an unknown cause, if
+    there was more than noise without it.
 
     Args:
         steps: effects that earned a name.

@@ -258,8 +258,7 @@ def reweighted_fit(by_noise: FitData, model: Isolator, zero: Collection[Key] = (
 
 def rms_by_record(data: FitData, residual: Vector) -> Vector:
     """(records,) N, root mean square of an (m,) whitened residual within the band."""
-    spans = zip(data.spans, data.whitenings, strict=True)
-    return np.array([np.linalg.norm(residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+    return np.array([w.rms(residual[span]) for span, w in zip(data.spans, data.whitenings, strict=True)])
 
 
 def error(data: FitData, fit: Fit) -> float:

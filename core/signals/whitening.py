@@ -51,6 +51,9 @@ class Whitening:
     """(p,) s."""
     window: Vector
     """(n,) by which every history is multiplied first: less than 1 where the record is unreliable."""
+    enlarged: float = 1.0
+    """Factor by which the std has been enlarged. The patterns' s is then as many times smaller: they keep their size
+    in N."""
 
     @property
     def frequency(self) -> Vector:
@@ -73,13 +76,20 @@ class Whitening:
     def whitened(self, coefficients: Matrix) -> Matrix:
         """(k, m) independent units of the noise, of (k, m) coefficients in N."""
         free = coefficients / self.std
-        shrunk = 1 - 1 / np.sqrt(1 + self.strengths**2)
+        shrunk = 1 - 1 / np.sqrt(1 + (self.strengths / self.enlarged) ** 2)
         return np.asarray(free - (free @ self.patterns.T * shrunk) @ self.patterns)
 
     def back(self, white: Vector) -> Vector:
         """(n,) N, the history within the band of (m,) independent units; still multiplied by the window."""
-        grown = np.sqrt(1 + self.strengths**2) - 1
+        grown = np.sqrt(1 + (self.strengths / self.enlarged) ** 2) - 1
         return self.history((white + (self.patterns @ white * grown) @ self.patterns) * self.std)
+
+    def rms(self, white: Vector) -> float:
+        """N, root mean square over the samples of (m,) independent units, each pattern shrunk as in the noise alone:
+        the same whatever the factor of the std is."""
+        own = (1 + (self.strengths / self.enlarged) ** 2) / (1 + self.strengths**2)
+        shrunk = white - (self.patterns @ white * (1 - np.sqrt(own))) @ self.patterns
+        return float(np.linalg.norm(shrunk * self.std) / np.sqrt(self.count))
 
     def history(self, coefficients: Vector) -> Vector:
         """(n,) the history of (m,) coefficients, in their unit; still multiplied by the window."""
@@ -152,6 +162,6 @@ def reweighted(whitenings: Sequence[Whitening], residuals: Sequence[Vector]) -> 
     """
     grown = [max(1.0, float(np.sqrt(np.mean(white**2)))) for white in residuals]
     return tuple(
-        replace(old, std=old.std * factor, strengths=old.strengths / factor)
+        replace(old, std=old.std * factor, enlarged=old.enlarged * factor)
         for old, factor in zip(whitenings, grown, strict=True)
     )

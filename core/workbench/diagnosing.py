@@ -13,7 +13,7 @@ from types import MappingProxyType
 from core.comparison.misfit import Misfit
 from core.diagnosis.building_faults import FLOOR_SHARE, TOTAL_MASS, building_faults
 from core.diagnosis.effect_search import ABOVE_NOISE
-from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
+from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed, outcome_of
 from core.diagnosis.naming import CLOSE
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped
@@ -224,13 +224,15 @@ def _with_steps(diagnosis: Diagnosis, kept: Sequence[Stage], earthquakes: Earthq
         return replace(diagnosis, steps=steps)
     after = kept[-1].fit if kept else diagnosis.refitted
     again = diagnosed(earthquakes.fitted, after.model, (), held_out=earthquakes.tested)
+    left = replace(again.unexplained, allowed=diagnosis.unexplained.allowed)
+    held_out = again.ratios_before.held_out or 0.0
     return replace(
         diagnosis,
-        outcome=diagnosis.outcome if kept else Outcome.UNKNOWN,
+        outcome=outcome_of(steps, diagnosis.before, left, held_out, is_supported=True) if kept else Outcome.UNKNOWN,
         steps=steps,
         idle=(*(one for one in diagnosis.steps if not any(one is step for step in steps)), *diagnosis.idle),
         after=after,
-        unexplained=replace(again.unexplained, allowed=diagnosis.unexplained.allowed),
+        unexplained=left,
         ratios_after=again.ratios_before,
     )
 

@@ -12,7 +12,7 @@ from synthetic_observations import BOUC_WEN, RATE, observations
 from core import workbench
 from core.comparison.compared import compare_forces, force_misfit
 from core.fitting.data import FitData
-from core.fitting.fit import at_values, chi_square, rms_by_record
+from core.fitting.fit import at_values, chi_square, rms_by_record, weighted_fit
 from core.fitting.noise import force_noise, pooled_rms
 from core.model.isolator import Isolator
 from core.paper import ISOLATOR
@@ -36,6 +36,21 @@ def test_a_delay_between_force_and_motion_is_noise() -> None:
         ]
         data = FitData.by_noise([replace(one, layer=layer) for one, layer in zip(seen, late, strict=True)])
         assert np.sqrt(chi_square(data, BOUC_WEN) / data.target.size) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_possible_delay_is_no_excuse_for_the_damping_of_a_wrong_model() -> None:
+    """A linear model of a layer that yields: at most 2 % more error than the regression on displacement and velocity
+    leaves."""
+    (seen,) = observations(BOUC_WEN, 0.002, 1)[:1]
+    linear = Isolator({"elastic": {"k_b": 1e8}, "viscous": {"c_b": 1e6}})
+    weighted = weighted_fit([seen], linear)
+    (weights,), layer = weighted.data.whitenings, seen.layer
+    motion = weights.filtered(np.array([layer.displacement, layer.velocity])).T
+    force = weights.coefficients(layer.force[None])[0]
+    least = np.linalg.norm(force - motion @ np.linalg.lstsq(motion, force)[0])
+    effects = weighted.fit.model.effects
+    model = motion @ np.array([effects["elastic"]["k_b"], effects["viscous"]["c_b"]])
+    assert np.linalg.norm(force - model) < 1.02 * least
 
 
 def test_the_noise_of_the_samples_is_that_of_the_frequencies() -> None:

@@ -41,6 +41,17 @@ def test_weights_follow_what_is_left_over_record_by_record_but_never_fall_below_
     assert same.std == pytest.approx(bands[1].std)
 
 
+def test_a_pattern_keeps_its_size_where_a_model_leaves_more_than_noise() -> None:
+    """The force of one deviation of it has the length s / √(1 + s²) in units of the noise."""
+    pattern = np.sin(2 * np.pi * 0.7 * np.arange(COUNT) / RATE)[None]
+    band = whitening(NOISE, RATE, UNIT, patterns=pattern)
+    (grown,) = reweighted((band,), (np.full(band.std.size, 20.0),))
+    (strength,) = band.strengths
+    for weights, s in ((band, strength), (grown, strength / 20)):
+        assert np.linalg.norm(weights.of(pattern)) == pytest.approx(s / np.sqrt(1 + s**2), rel=1e-6)
+    assert grown.rms(grown.of(pattern)[0]) == pytest.approx(band.rms(band.of(pattern)[0]), rel=1e-9)
+
+
 def test_noise_with_patterns_becomes_independent_and_comes_back() -> None:
     """Two patterns of 50 times the free noise; 4 standard errors of the variance of 400 draws."""
     rng = np.random.default_rng(4)
