@@ -93,7 +93,7 @@ def searched(
         pair = best_pair(by_noise, first, allowed, last.base.model, _pair_leaves(len(steps)))
         steps, last = _added(by_noise, *_by_pair(pair, steps, last, rank), rank, report_step)
     lowest = np.inf
-    while may_be_exchanged(steps, last) and (now := error(last.data, last.base)) < LOWERS * lowest:
+    while _may_be_exchanged(steps, last) and (now := error(last.data, last.base)) < LOWERS * lowest:
         lowest = now
         steps, last = _added(by_noise, *swapped(steps, last, rank, report_step, steps[:-1]), rank, report_step)
     if len(steps) > 1:  # beside the others, a simpler law may do
@@ -177,7 +177,7 @@ def swapped(
     return steps, last
 
 
-def may_be_exchanged(steps: Sequence[Step], last: Ranking) -> bool:
+def _may_be_exchanged(steps: Sequence[Step], last: Ranking) -> bool:
     """True if one of three effects may stand in for another law of the library: where three leave much more than noise,
     their cause is none of them."""
     return len(steps) > PAIR and last.noise_ratio(last.base) <= FEW_RATIOS

@@ -36,7 +36,7 @@ SATURATING = (0.01, 0.03, 0.1, 0.3)
 FREQUENCIES = np.geomspace(0.05, 20.0, 16)
 """Hz, at which the stiffness is computed; on straight lines between them. A choice."""
 MOST_ITERATIONS = 1000
-"""Of the regression; it takes about as many as there are elements."""
+"""Largest number of iterations of the regression, which needs about one for each element."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +105,7 @@ def tangent(layer: LayerHistory, rate: float, weights: Whitening) -> Tangent:
 
 
 def _lengths(far: float, least: float) -> Vector:
-    """(springs,) m; none where the layer hardly moves more than its displacement errs."""
+    """(springs,) m, lengths of the springs; none where the motion is little larger than its error."""
     shortest, longest = max(SHORTEST * far, least), LONGEST * far
     return np.geomspace(shortest, longest, SLIPS) if shortest < longest else np.zeros(0)
 
@@ -140,6 +140,7 @@ def _compiled_slip() -> Callable[[Vector, float], tuple[Vector, Vector]]:
 
 
 def _slip(u, length):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Kernel of `slip`; Numba finds the types."""
     deflection, since = np.zeros(u.size), np.zeros(u.size)
     for i in range(1, u.size):
         free = deflection[i - 1] + (u[i] - u[i - 1])

@@ -48,7 +48,7 @@ class Whitening:
     patterns: Matrix
     """(p, m) v, orthonormal, over the std."""
     strengths: Vector
-    """(p,) s."""
+    """(p,) s, over the noise alone."""
     window: Vector
     """(n,) by which every history is multiplied first: less than 1 where the record is unreliable."""
     enlarged: float = 1.0
@@ -59,6 +59,11 @@ class Whitening:
     def frequency(self) -> Vector:
         """(m,) Hz."""
         return np.arange(self.kept.start, self.kept.stop) * self.rate / (2 * self.count)
+
+    @property
+    def _shrinking(self) -> Vector:
+        """(p,) √(1 + s²) beside the enlarged std."""
+        return np.asarray(np.sqrt(1 + (self.strengths / self.enlarged) ** 2))
 
     def of(self, series: Matrix) -> Matrix:
         """(k, m) independent units of the noise, of (k, n) series."""
@@ -76,19 +81,17 @@ class Whitening:
     def whitened(self, coefficients: Matrix) -> Matrix:
         """(k, m) independent units of the noise, of (k, m) coefficients in N."""
         free = coefficients / self.std
-        shrunk = 1 - 1 / np.sqrt(1 + (self.strengths / self.enlarged) ** 2)
-        return np.asarray(free - (free @ self.patterns.T * shrunk) @ self.patterns)
+        return np.asarray(free - (free @ self.patterns.T * (1 - 1 / self._shrinking)) @ self.patterns)
 
     def back(self, white: Vector) -> Vector:
         """(n,) N, the history within the band of (m,) independent units; still multiplied by the window."""
-        grown = np.sqrt(1 + (self.strengths / self.enlarged) ** 2) - 1
-        return self.history((white + (self.patterns @ white * grown) @ self.patterns) * self.std)
+        return self.history((white + (self.patterns @ white * (self._shrinking - 1)) @ self.patterns) * self.std)
 
     def rms(self, white: Vector) -> float:
         """N, root mean square over the samples of (m,) independent units, each pattern shrunk as in the noise alone:
         the same whatever the factor of the std is."""
-        own = (1 + (self.strengths / self.enlarged) ** 2) / (1 + self.strengths**2)
-        shrunk = white - (self.patterns @ white * (1 - np.sqrt(own))) @ self.patterns
+        own = self._shrinking / np.sqrt(1 + self.strengths**2)
+        shrunk = white - (self.patterns @ white * (1 - own)) @ self.patterns
         return float(np.linalg.norm(shrunk * self.std) / np.sqrt(self.count))
 
     def history(self, coefficients: Vector) -> Vector:

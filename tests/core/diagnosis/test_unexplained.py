@@ -50,7 +50,7 @@ def test_what_the_models_own_parameters_can_do_is_no_structure() -> None:
 
 
 def test_a_delay_of_the_force_is_no_structure() -> None:
-    """Of 1.5 ms, as between clocks of channels that are not on one recorder."""
+    """A delay of 1.5 ms, as between channels of different recorders."""
     late = tuple(with_force(one, -0.0015 * RATE * np.gradient(one.layer.force)) for one in SEEN)
     assert share(late) < NOTHING
 

@@ -28,7 +28,7 @@ def test_a_right_model_has_a_ratio_of_one() -> None:
 
 
 def test_a_delay_between_force_and_motion_is_noise() -> None:
-    """Of 0.8 ms, four deviations, which changes a force with 0.2 % of noise by 0.4 %; 0.99 to 1.02 without it."""
+    """A delay of 0.8 ms, four deviations, changes the force by 0.4 %; its noise is 0.2 %. Without it: 0.99 to 1.02."""
     for seed in range(3):
         seen = observations(BOUC_WEN, 0.002, seed)
         late = [

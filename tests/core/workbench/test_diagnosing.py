@@ -95,7 +95,7 @@ def complete() -> DiagnosisResult:
 def test_an_objection_is_said_where_more_than_noise_is_left_and_the_effect_would_help(
     complete: DiagnosisResult, *, noise_ratio: float, held_out: float, is_said: bool
 ) -> None:
-    """What takes nothing but noise shows nothing, and no mass of the building file to be wrong either.
+    """An effect that takes nothing but noise is no evidence, neither for itself nor for a wrong mass.
 
     Args:
         complete: the diagnosis.

@@ -19,7 +19,7 @@ class Noise:
     """Noise of the sensors."""
 
     level: float
-    """Of an accelerometer: standard deviation over the channel's root mean square in the event."""
+    """Standard deviation of an accelerometer's noise, over the channel's root mean square in the event."""
     pink: float = 0.0
     """Share of its power that falls with frequency as 1/f; the rest is white."""
     resolution: float = RESOLUTION
