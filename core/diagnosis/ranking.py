@@ -229,10 +229,13 @@ def _ranked(
     own = set() if known is None else set(known.effects) - set(base.model.effects)
     simple = [name for name in effects if name in own or not EFFECTS[name].special]
     seen, fits = _searched(data, base, simple, report, known)
+    if not _is_explained(data, base, fits, floor):
+        fits |= _beside_the_damper(data, seen, fits)
     contain = _worth_trying([name for name in effects if name not in simple], data, base, fits, floor)
     if contain:
-        more, their_fits = _searched(data, base, contain, unheard, is_last=True)
+        more, their_fits = _searched(data, base, contain, unheard)
         seen, fits = (*seen, *more), {**fits, **their_fits}
+        fits |= _beside_the_damper(data, more, fits)
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     judgeable |= _in_other_forms(data, base, judgeable, floor)
     judgeable |= _beside_given_yield(data, model, effects, judgeable, floor)
@@ -257,7 +260,7 @@ def _ranked(
         τ,
         floor,
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
-        tuple(name for name in effects if name not in every),
+        tuple(name for name in effects if name not in every and is_excited(name, data.observations)),
     )
 
 
@@ -267,24 +270,33 @@ def _searched(
     effects: Sequence[str],
     report: ReportShare,
     known: Isolator | None = None,
-    *,
-    is_last: bool = False,
 ) -> tuple[tuple[tuple[ScoreTest, ...], ...], dict[str, Fit]]:
-    """Best places of every effect, and the fits of the promising ones.
-
-    In the last search also those of forces that yield beside the damper: a damper that was fitted without one has
-    taken on a part of it, so that its score test may promise little of what it explains.
-    """
+    """Best places of every effect, and the fits of the promising ones."""
     seen = score_tests(data, base, effects, report)
     if known is not None:
         seen = _from_known(seen, base, known)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
-    if is_last:
-        promising += [places for places in seen if yields_beside(places[0].effect) and places not in promising]
     models = {places[0].effect: [place.model for place in places] for places in promising}
     fits = search_in_parallel(data, models, [effect for effect in models if yields_beside(effect)])
     return seen, dict(fits)
+
+
+def _beside_the_damper(
+    data: FitData, seen: Sequence[tuple[ScoreTest, ...]], fits: Mapping[str, Fit]
+) -> dict[str, Fit]:
+    """Fits of the forces that yield beside the damper and were not promising: a damper that was fitted without one has
+    taken on a part of it, so that its score test may promise little of what it explains."""
+    others = [places for places in seen if yields_beside(places[0].effect) and places[0].effect not in fits]
+    models = {places[0].effect: [place.model for place in places] for places in others}
+    return dict(search_in_parallel(data, models, list(models)))
+
+
+def _is_explained(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> bool:
+    """True if the model, or one of the fits with a usual length, leaves no more than noise."""
+    usual = [fit for name, fit in fits.items() if unusual_length(name, fit.model) is None]
+    finite = [fit for fit in usual if fit.outcome is not Outcome.DIVERGED]
+    return min(noise_ratio(data, fit, floor) for fit in (base, *finite)) <= EXPLAINED
 
 
 def _worth_trying(
@@ -292,15 +304,16 @@ def _worth_trying(
 ) -> list[str]:
     """Laws to try of those that contain simpler ones.
 
-    All, if the model and the simple laws with usual lengths leave more than noise; else those of the family of the best
-    simple law that are no less simple than it is.
+    All that the records excite, if the model and the simple laws with usual lengths leave more than noise; else those of
+    the family or the kind of the best simple law that are no less simple than it is.
     """
-    usual = {name: fit for name, fit in fits.items() if unusual_length(name, fit.model) is None}
-    finite = {name: fit for name, fit in usual.items() if fit.outcome is not Outcome.DIVERGED}
-    if min(noise_ratio(data, fit, floor) for fit in (base, *finite.values())) > EXPLAINED:
-        return list(contain)
-    best = min(finite, key=lambda name: finite[name].chi_square, default=None)
-    return [] if best is None else [name for name in contain if are_peers(name, best)]
+    contain = [name for name in contain if is_excited(name, data.observations)]
+    if not _is_explained(data, base, fits, floor):
+        return contain
+    usual = [name for name, fit in fits.items() if unusual_length(name, fit.model) is None]
+    finite = [name for name in usual if fits[name].outcome is not Outcome.DIVERGED]
+    best = min(finite, key=lambda name: fits[name].chi_square, default=None)
+    return [] if best is None else [name for name in contain if are_peers(name, best) or _is_like(name, best)]
 
 
 def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> dict[str, Fit]:
@@ -378,6 +391,12 @@ def are_peers(contains: str, simple: str) -> bool:
     """True if a law that contains simpler ones is of another law's family, and a fit of it has no more parameters."""
     one, other = EFFECTS[contains], EFFECTS[simple]
     return one.family == other.family and len(one.fitted) <= len(other.fitted)
+
+
+def _is_like(contains: str, simple: str) -> bool:
+    """True if a law that contains simpler ones is of another law's kind, and a fit of it has no more parameters."""
+    one, other = EFFECTS[contains], EFFECTS[simple]
+    return one.kind is not None and one.kind == other.kind and len(one.fitted) <= len(other.fitted)
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:
