@@ -394,9 +394,8 @@ def are_peers(contains: str, simple: str) -> bool:
 
 
 def _is_like(contains: str, simple: str) -> bool:
-    """True if a law that contains simpler ones is of another law's kind, and a fit of it has no more parameters."""
-    one, other = EFFECTS[contains], EFFECTS[simple]
-    return one.kind is not None and one.kind == other.kind and len(one.fitted) <= len(other.fitted)
+    """True if a law that contains simpler ones slides as another law does: it may do so besides for another reason."""
+    return EFFECTS[contains].kind == EFFECTS[simple].kind == "sliding"
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:
