@@ -282,9 +282,7 @@ def _searched(
     return seen, dict(fits)
 
 
-def _beside_the_damper(
-    data: FitData, seen: Sequence[tuple[ScoreTest, ...]], fits: Mapping[str, Fit]
-) -> dict[str, Fit]:
+def _beside_the_damper(data: FitData, seen: Sequence[tuple[ScoreTest, ...]], fits: Mapping[str, Fit]) -> dict[str, Fit]:
     """Fits of the forces that yield beside the damper and were not promising: a damper that was fitted without one has
     taken on a part of it, so that its score test may promise little of what it explains."""
     others = [places for places in seen if yields_beside(places[0].effect) and places[0].effect not in fits]
@@ -304,8 +302,8 @@ def _worth_trying(
 ) -> list[str]:
     """Laws to try of those that contain simpler ones.
 
-    All that the records excite, if the model and the simple laws with usual lengths leave more than noise; else those of
-    the family or the kind of the best simple law that are no less simple than it is.
+    All that the records excite, if the model and the simple laws with usual lengths leave more than noise; else the
+    peers of the best simple law, and those that slide if it does.
     """
     contain = [name for name in contain if is_excited(name, data.observations)]
     if not _is_explained(data, base, fits, floor):
@@ -313,7 +311,7 @@ def _worth_trying(
     usual = [name for name, fit in fits.items() if unusual_length(name, fit.model) is None]
     finite = [name for name in usual if fits[name].outcome is not Outcome.DIVERGED]
     best = min(finite, key=lambda name: fits[name].chi_square, default=None)
-    return [] if best is None else [name for name in contain if are_peers(name, best) or _is_like(name, best)]
+    return [] if best is None else [name for name in contain if are_peers(name, best) or _both_slide(name, best)]
 
 
 def _in_other_forms(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> dict[str, Fit]:
@@ -393,9 +391,9 @@ def are_peers(contains: str, simple: str) -> bool:
     return one.family == other.family and len(one.fitted) <= len(other.fitted)
 
 
-def _is_like(contains: str, simple: str) -> bool:
-    """True if a law that contains simpler ones slides as another law does: it may do so besides for another reason."""
-    return EFFECTS[contains].kind == EFFECTS[simple].kind == "sliding"
+def _both_slide(one: str, other: str) -> bool:
+    """True for two laws of sliding: one may hardly leave more than the other where the load changes little."""
+    return EFFECTS[one].kind == EFFECTS[other].kind == "sliding"
 
 
 def _from_known(seen: Sequence[tuple[ScoreTest, ...]], base: Fit, known: Isolator) -> tuple[tuple[ScoreTest, ...], ...]:

@@ -67,8 +67,8 @@ EFFECT = Effect(
     ),
     absent={"sliding": 0.0},
     family="vertical load",
-    explanation="Sliding friction: {sliding} at high speed under dead load, which changes by {following:.2f} % for each "
-    "percent of change in the vertical load; less by a share of {share:.2f} at low speed.",
+    explanation="Sliding friction: {sliding} at high speed under dead load, which changes by {following:.2f} % for "
+    "each percent of change in the vertical load; less by a share of {share:.2f} at low speed.",
     suspect_when="The force has ripples at the frequencies of the vertical motion, of the same height at any "
     "displacement, and they change their sign with the velocity.",
     source="Constantinou, Mokha & Reinhorn (1990): friction by vertical load, speed and pressure; Wen (1976) for the "

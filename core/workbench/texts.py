@@ -27,6 +27,8 @@ DIGITS = 3
 """Digits of an error in a sentence: its uncertainty is not known there."""
 LEAST = 1e-3
 """Smallest share that is said as a number: one of its last digit."""
+ALMOST_USUAL = 0.1
+"""Share of the way to the nearest other form, below which a form is the usual one in words. A choice."""
 HINTS: Mapping[str, str] = MappingProxyType(
     {
         "temperature": "records at temperatures 10 °C apart or more",
@@ -211,13 +213,20 @@ def action(model: Isolator, effect: str, earthquakes: Earthquakes) -> str:
         earthquakes: between which, or in one of which, an instant of the effect lies.
     """
     about, values = EFFECTS[effect], model.effects[effect]
-    unusual = (parameter((effect, name)) for name in unusual_forms(model, effect))
+    unusual = (parameter((effect, name)) for name in unusual_forms(model, effect) if _differs(model, effect, name))
     forms = (
         f"The form of its law is not the usual one: {one.name} = {plain(shown(values[one.name], one.unit), 2)}"
         f"{f' {unit(one.unit)}'.rstrip()} ({one.meaning})."
         for one in unusual
     )
     return " ".join((explained(about, values, lambda instant: _date(instant, earthquakes)), *forms))
+
+
+def _differs(model: Isolator, effect: str, name: str) -> bool:
+    """True if a form that was searched for is further from the usual one than rounding and noise make it."""
+    usual = parameter((effect, name)).prior.median
+    nearest = min(abs(other - usual) for other in EFFECTS[effect].forms[name])
+    return abs(model.effects[effect][name] - usual) >= ALMOST_USUAL * nearest
 
 
 def _date(instant: float, earthquakes: Earthquakes) -> str:

@@ -6,18 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from hidden.trial import trial
+from observed_trials import observed_along_x
 from synthetic_observations import BOUC_WEN, observations
 
-from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
 from core.diagnosis.candidate_search import NEAR, score_tests, search_in_parallel, starts
 from core.fitting.data import FitData
 from core.fitting.fit import fitted, residual_at, reweighted_data, signatures
-from core.fitting.observation import Observation, observations as observations_of
+from core.fitting.observation import Observation
 from core.fitting.search import Outcome
 from core.model.first_model import first_model
 from core.model.isolator import Isolator
-from core.record import Segment
 
 EFFECTS = ("hardening", "friction", "maxwell", "second_hysteresis", "relief", "mullins")
 
@@ -69,15 +68,7 @@ def test_a_search_that_cannot_come_below_what_is_asked_for_is_stopped() -> None:
 def test_the_slip_is_found_where_the_misfit_has_several_minima() -> None:
     """As a building moves, a slip is over within a few samples. 3 %: the noise; the minimum next to it is 8 % off."""
     made = trial("breakaway", 10)
-    seen = []
-    for number, event in enumerate(made.fitted):
-        parts = zip(event.record.channels, event.record.samples, strict=True)
-        segments = [Segment(channel.id, event.start, event.record.rate, samples) for channel, samples in parts]
-        every = observations_of(
-            analyse(segments, made.description, AnalysisSettings()), made.description, f"event {number}"
-        )
-        seen += [one for one in every if one.direction == "x"]
-    data = FitData.by_noise(seen)
+    data = FitData.by_noise(observed_along_x(made))
     base = fitted(data, first_model(made.description).isolator)
     ((first, *others),) = score_tests(data, base, ["breakaway"])
     found = search_in_parallel(data, {"breakaway": [first.model, *(one.model for one in others)]}, ["breakaway"])

@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hidden.trial import trial
+from observed_trials import observed_along_x
 from scipy.interpolate import CubicHermiteSpline
 from synthetic_observations import BOUC_WEN, observations
 
@@ -16,6 +18,7 @@ from core.diagnosis.missing_effects import Outcome, diagnosed
 from core.errors import RecordError
 from core.fitting.fit import weighted_fit
 from core.fitting.observation import Observation
+from core.model.first_model import first_model
 from core.model.isolator import Isolator
 
 OFFERED = ("friction", "hardening", "mullins", "power_viscous", "second_hysteresis", "moat", "heating")
@@ -387,3 +390,18 @@ def test_a_law_that_leaves_many_times_what_the_best_leaves_is_not_meant() -> Non
     assert 4 * left["hardening"] < left["moat"] < 0.3 * diagnosis.before.noise_ratio
     assert diagnosis.outcome is Outcome.EFFECT
     assert [one.effect for one in step.alike] == ["hardening"]
+
+
+@pytest.mark.accuracy
+@pytest.mark.parametrize(
+    ("case", "seed"),
+    [
+        ("load_friction", 10),  # the load changes the friction by a tenth; friction alone leaves 0.905 noise ratios
+        ("friction", 12),  # the damper has taken on so much of it that its score test promises less than seven others
+        ("breakaway", 307),  # it fades at 0.103 m/s
+    ],
+)
+def test_what_slides_is_told_from_what_slides_for_another_reason(case: str, seed: int) -> None:
+    made = trial(case, seed)
+    diagnosis = diagnosed(observed_along_x(made), first_model(made.description).isolator)
+    assert [step.chosen.effect for step in diagnosis.steps] == [case]

@@ -41,7 +41,9 @@ def test_under_dead_load_it_is_friction_of_the_same_values(corner: float) -> Non
     given = equal_cycles(RATE, count=2)
     same = {"sliding": SLIDING, "share": SHARE, "a": A, "slip": 5e-4, "corner": corner}
     force = layer_force({"load_friction": {**VALUES, **same}}, given)
-    assert force == pytest.approx(layer_force({"friction": usual_values("friction", **same)}, given), abs=1e-9 * SLIDING)
+    assert force == pytest.approx(
+        layer_force({"friction": usual_values("friction", **same)}, given), abs=1e-9 * SLIDING
+    )
 
 
 def test_a_sharp_slider_follows_the_load_only_while_it_slides() -> None:

@@ -3,12 +3,15 @@
 import re
 
 import pytest
+from records_from_observations import records_from_observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.unexplained import Unexplained
 from core.diagnosis.worth import Worth
 from core.effect import Effect, LogNormal, Parameter, explained
 from core.effects import EFFECTS
-from core.workbench.texts import remaining, unexplained_share
+from core.model.isolator import Isolator
+from core.workbench.texts import action, remaining, unexplained_share
 
 
 def test_an_error_that_follows_the_motion_shows_that_the_model_is_incomplete() -> None:
@@ -61,3 +64,11 @@ def test_a_value_has_its_unit_or_by_a_format_the_si_number() -> None:
     printed = explained(drag, {"drag": 1.25e6, "F_0": 123456.0})
     assert printed == "Water resists with 1.25e+06 N at 1 m/s, that is 1,250,000 N s2/m2, and with 123 kN always."
     assert explained(drag, None) == "Water resists with drag N at 1 m/s, that is drag, and with F_0 always."
+
+
+@pytest.mark.parametrize(("unloading", "is_told"), [(0.002, False), (0.5, True)])
+def test_a_form_is_told_if_it_is_not_nearly_the_usual_one(unloading: float, *, is_told: bool) -> None:
+    values = {"sliding": 1e6, "share": 0.5, "a": 30.0, "slip": 5e-4, "unloading": unloading}
+    model = Isolator({**BOUC_WEN.effects, "friction": values})
+    seen = records_from_observations(list(observations(BOUC_WEN, 0.01, 1)))
+    assert ("The form of its law" in action(model, "friction", seen)) == is_told
