@@ -134,6 +134,22 @@ def _refitted(by_noise: FitData, effects: Mapping[str, Mapping[str, float]]) -> 
     return error(whole.data, whole.fit), whole.fit.model
 
 
+def left_out(idle: Sequence[Step], steps: Sequence[Step]) -> tuple[Step, ...]:
+    """Steps that earned no name, the first one of each effect, without those whose effect earned one in another step.
+
+    Args:
+        idle: all that earned no name.
+        steps: those that did.
+    """
+    seen = {step.chosen.effect for step in steps}
+    kept = []
+    for step in idle:
+        if step.chosen.effect not in seen:
+            kept.append(step)
+            seen.add(step.chosen.effect)
+    return tuple(kept)
+
+
 def looked_like_two(best: Step, steps: Sequence[Step], idle: Sequence[Step], last: Ranking) -> bool:
     """True if one law of another form than the library's looked like two.
 

@@ -14,8 +14,12 @@ from scipy.interpolate import CubicHermiteSpline
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
+from core.diagnosis.effect_search import Step
 from core.diagnosis.missing_effects import Outcome, diagnosed
+from core.diagnosis.naming import left_out
+from core.diagnosis.ranking import ranked
 from core.errors import RecordError
+from core.fitting.data import FitData
 from core.fitting.fit import weighted_fit
 from core.fitting.observation import Observation
 from core.model.first_model import first_model
@@ -405,3 +409,11 @@ def test_what_slides_is_told_from_what_slides_for_another_reason(case: str, seed
     made = trial(case, seed)
     diagnosis = diagnosed(observed_along_x(made), first_model(made.description).isolator)
     assert [step.chosen.effect for step in diagnosis.steps] == [case]
+
+
+def test_an_effect_that_was_left_out_twice_is_stated_once() -> None:
+    by_noise = FitData.by_noise(observations(BOUC_WEN, 0.02, 5, (0.02, 0.05)))
+    ranking = ranked(by_noise, BOUC_WEN, ("friction", "hardening", "mullins"))
+    named, twice, once = (Step(ranking, one, (one,)) for one in ranking.candidates)
+    again = replace(twice, alike=())
+    assert left_out([twice, once, again, named], [named]) == (twice, once)
