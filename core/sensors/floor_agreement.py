@@ -5,6 +5,7 @@ quasi-static part of higher ones: a = g (a_base + c q'' − γ a_base''), with a
 floors have in common. Where the frequency goes to 0 both vanish: only the gain g and a delay remain.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
@@ -38,6 +39,8 @@ FEWEST_LINES = 20
 """Fewest lines of the spectra. Not tuned."""
 BLOCKS = 8
 """Stretches of lines whose residuals are independent. A choice: each is some ten lines, wider than a mode."""
+LARGEST = 100.0
+"""Largest ratio of a floor's power to the base slab's by which the base slab's noise counts. A choice."""
 PER_FLOOR = 5
 """Unknowns of each floor: g, g c, g γ, the delay in the middle of the record and its rate."""
 
@@ -73,6 +76,11 @@ class _Lines:
     """(m,) under which the mode's motion is seen."""
     duration: float
     """s, of the record."""
+
+    @property
+    def excited(self) -> Vector:
+        """(m + 1,) Hz, frequencies of the excitation."""
+        return np.arange(self.excitation.size) / (2 * self.duration)
 
     def up_to(self, highest: float) -> "_Lines":
         """Lines from LOWEST up to a frequency in Hz."""
@@ -116,7 +124,12 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         frequency, damping = np.exp(unknown[:2]).tolist()
         return _residual(lines, columns(frequency, damping), unknown[2:].reshape(-1, PER_FLOOR))
 
-    solution = scipy.optimize.least_squares(residual, start, x_scale="jac", method="lm")
+    def slopes(unknown: Vector) -> Matrix:
+        frequency, damping = np.exp(unknown[:2]).tolist()
+        changes = _changes_of_mode(lines, frequency, damping)
+        return _slopes(lines, columns(frequency, damping), changes, unknown[2:].reshape(-1, PER_FLOOR))
+
+    solution = scipy.optimize.least_squares(residual, start, slopes, x_scale="jac", method="lm")
     covariance = _covariance(solution.jac, solution.fun, len(floors))
     gains = solution.x[2::PER_FLOOR]
     if not (gains > 0).all():
@@ -171,9 +184,26 @@ def _lines(base: Vector, floors: Matrix, rate: float) -> _Lines:
 
 def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
     """(lines,) spectrum of q'' under the window; the oscillator is at rest before the record."""
+    return _seen(lines, _transfer(lines, frequency, damping))
+
+
+def _changes_of_mode(lines: _Lines, frequency: float, damping: float) -> ComplexMatrix:
+    """(2, lines) derivatives of `_mode` by the logarithms of frequency and damping ratio."""
+    f, transfer = lines.excited, _transfer(lines, frequency, damping)
+    per = np.divide(-(transfer**2), f**2, out=np.zeros_like(transfer), where=f > 0)
+    by_damping = 2j * damping * frequency * f
+    return np.array([_seen(lines, per * (2 * frequency**2 + by_damping)), _seen(lines, per * by_damping)])
+
+
+def _transfer(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
+    """(m + 1,) q'' over a_base."""
+    f = lines.excited
+    return np.asarray(f**2 / (frequency**2 - f**2 + 2j * damping * frequency * f))
+
+
+def _seen(lines: _Lines, transfer: ComplexVector) -> ComplexVector:
+    """(lines,) spectrum under the window of a motion that a_base excites from rest."""
     count = lines.excitation.size - 1
-    f = np.arange(count + 1) / (2 * lines.duration)
-    transfer = f**2 / (frequency**2 - f**2 + 2j * damping * frequency * f)
     history = np.fft.irfft(lines.excitation * transfer, 2 * count)[:count]
     spectrum = np.fft.rfft(lines.window * history)
     first = round(lines.frequency[0] * lines.duration)
@@ -197,10 +227,43 @@ def _remainder(lines: _Lines, frequency: float) -> float:
 
 def _residual(lines: _Lines, columns: ComplexMatrix, unknown: Matrix) -> Vector:
     """Residuals of all floors in standard deviations of the noise, real and imaginary parts."""
-    ω, parts = 2 * np.pi * lines.frequency, []
+    return np.concatenate([residual.view(float) for residual, *_ in _each_floor(lines, columns, unknown)])
+
+
+def _slopes(lines: _Lines, columns: ComplexMatrix, changes: ComplexMatrix, unknown: Matrix) -> Matrix:
+    """(residuals, unknowns) derivatives of `_residual`.
+
+    Args:
+        lines: of the record.
+        columns: (3, lines) what a floor's motion is made of.
+        changes: (2, lines) of the second column by the mode's unknowns.
+        unknown: (floors, PER_FLOOR).
+    """
+    size = 2 * lines.frequency.size
+    found = np.zeros((len(unknown) * size, 2 + unknown.size))
+    for number, (residual, turned, std, weaker) in enumerate(_each_floor(lines, columns, unknown)):
+        by_mode = unknown[number, 1] * changes
+        expected = np.concatenate([by_mode, columns])
+        by_expected = -expected / std - residual * (weaker * expected).real
+        late = np.exp(2j * np.pi * lines.frequency * unknown[number, 3])
+        by_clock = np.array([2j * np.pi * lines.frequency * turned, lines.lag[number] * late]) / std
+        rows = np.ascontiguousarray(np.concatenate([by_expected, by_clock])).view(float).T
+        own, first = slice(number * size, (number + 1) * size), 2 + number * PER_FLOOR
+        found[own, :2], found[own, first : first + PER_FLOOR] = rows[:, :2], rows[:, 2:]
+    return found
+
+
+def _each_floor(
+    lines: _Lines, columns: ComplexMatrix, unknown: Matrix
+) -> Iterator[tuple[ComplexVector, ComplexVector, Vector, ComplexVector]]:
+    """Of every floor: (lines,) the residual in standard deviations of the noise; what its sensor recorded, its clock
+    corrected; the standard deviation; and the factor by which a change of what is expected changes, with its real part,
+    the logarithm of that."""
+    ω, base = 2 * np.pi * lines.frequency, np.maximum(np.abs(lines.base[0]) ** 2, np.finfo(float).tiny)
     for own, lag, power, (*shares, delay, slow) in zip(lines.floors, lines.lag, lines.noise[1:], unknown, strict=True):
         expected = np.array(shares) @ columns
-        ratio = np.abs(expected) ** 2 / np.maximum(np.abs(lines.base[0]) ** 2, np.finfo(float).tiny)
-        std = np.sqrt((power + np.minimum(ratio, 100.0) * lines.noise[0]) / 2)
-        parts.append(((own + slow * lag) * np.exp(1j * ω * delay) - expected) / std)
-    return np.concatenate([part.view(float) for part in parts])
+        ratio = np.abs(expected) ** 2 / base
+        std = np.sqrt((power + np.minimum(ratio, LARGEST) * lines.noise[0]) / 2)
+        turned = (own + slow * lag) * np.exp(1j * ω * delay)
+        weaker = np.where(ratio < LARGEST, lines.noise[0] * expected.conj() / (2 * base * std**2), 0.0)
+        yield (turned - expected) / std, turned, std, weaker
