@@ -1,9 +1,10 @@
 """Sliding friction under a vertical load that changes: Constantinou, Mokha & Reinhorn (1990), friction by speed.
 
 The coefficient falls with the pressure, and a part of the friction may carry no load: how much of the load's change the
-force follows is thus a parameter, 1 for a constant coefficient. The slip and its forms are those of friction that does
-not follow the load. With a round corner the load multiplies the force; with a sharp one it moves the bound, and the
-force of a slider that sticks does not change with it.
+force follows is thus a parameter, 1 for a constant coefficient. The slip is that of friction which does not follow the
+load, from round to sharp. With a round corner the load multiplies the force at every instant. The sharper the corner,
+the more the load moves the bound of the force instead: a sharp slider that sticks is a spring, whatever the load (Simo
+& Hughes 1998).
 """
 
 from math import exp
@@ -12,6 +13,8 @@ from core.effect import Effect, LogNormal, Normal, Parameter
 
 ROUND = 2.0
 """Corner of Constantinou et al. (1990)."""
+STILL_ROUND = 3.0
+"""Corner up to which the load multiplies the force; from then on it moves the bound, the more the sharper. A choice."""
 SHORTEST = 0.38
 """Share of an integration step: the variable comes to its bound no faster than within this. The method of Runge and
 Kutta is stable from 0.36 on; below, the derivatives by the parameters grow where the force is at its bound."""
@@ -23,18 +26,14 @@ FURTHEST = 10.0
 """Ratio of the variable to its bound above which the return is no faster: its power must stay finite. A choice."""
 
 
-def law(v, axial_load, step, z_l, sliding, following, share, a, slip, corner, unloading, sticking):
+def law(v, axial_load, step, z_l, sliding, following, share, a, slip, corner):
     speed = abs(v)
-    pressed = 1.0 + following * (max(axial_load, 0.0) - 1.0)
-    strength = max(pressed * (1.0 - share * exp(-a * speed)), LIFTED)
-    scale = strength ** (ROUND / corner)
-    bound = strength / scale
-    bound += 0.0 if sticking == 0.0 else sticking * exp(-(a * speed) * (a * speed))
+    pressed = max(1.0 + following * (max(axial_load, 0.0) - 1.0), LIFTED)
+    strength = 1.0 - share * exp(-a * speed)
+    scale = strength ** (ROUND / corner) * pressed ** min(1.0, STILL_ROUND / corner)
+    bound = strength * pressed / scale
     along = z_l if v >= 0.0 else -z_l
-    if along > 0.0:
-        bend = min(along / bound, FURTHEST) ** corner
-    else:
-        bend = 0.0 if unloading == 0.0 else -unloading * min(-along / bound, FURTHEST) ** corner
+    bend = min(along / bound, FURTHEST) ** corner if along > 0.0 else 0.0
     rate = speed / slip * (1.0 - bend)
     shortest = SHORTEST * step
     nearing = (bound - along) / shortest
@@ -50,7 +49,6 @@ EFFECT = Effect(
     kind="sliding",
     states=("z_l",),
     linear=("sliding",),
-    forms={"unloading": (0.5, 1.0), "sticking": (0.2, 0.6)},
     special={"following": 0.0},
     open_ended=("corner",),
     parameters=(
@@ -60,10 +58,6 @@ EFFECT = Effect(
         Parameter("a", "s/m", (1.0, 500.0), LogNormal(30.0, 1.0), "rate at which it grows with the speed"),
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which sliding begins"),
         Parameter("corner", "1", (1.0, 100.0), LogNormal(2.0, 1.0), "sharpness of that: 2 is round, from 10 on sharp"),
-        Parameter("unloading", "1", (-0.9, 2.0), Normal(0.0, 0.5), "share by which unloading begins steeper"),
-        Parameter(
-            "sticking", "1", (-1e-3, 3.0), Normal(0.0, 0.3), "share by which the bound is higher before it slides"
-        ),
     ),
     absent={"sliding": 0.0},
     family="vertical load",

@@ -23,7 +23,7 @@ def test_the_force_follows_the_load_at_every_instant(speed: float) -> None:
     )
     exact = np.sign(speed) * SLIDING * (1.0 + FOLLOWING * (load - 1.0)) * (1.0 - SHARE * np.exp(-A * abs(speed)))
     force = layer_force({"load_friction": VALUES}, given)
-    slid = np.abs(given.displacement) > 5e-2
+    slid = np.abs(given.displacement) > 5e-2  # it nears its bound by a quarter in every step
     assert force[slid] == pytest.approx(exact[slid], rel=1e-6)
 
 
@@ -32,7 +32,8 @@ def test_no_force_acts_while_the_bearing_is_lifted(corner: float) -> None:
     """None that matters: a few millionths, by which the law stays finite."""
     given = equal_cycles(RATE, count=1)
     lifted = replace(given, conditions=replace(given.conditions, axial_load=np.full(given.velocity.size, -0.2)))
-    force = layer_force({"load_friction": {**VALUES, "following": 1.0, "corner": corner}}, lifted)
+    sliding = {**VALUES, "following": 1.0, "corner": corner}
+    force = layer_force({"load_friction": sliding}, lifted)
     assert np.abs(force).max() <= 5e-6 * SLIDING
 
 
@@ -46,7 +47,7 @@ def test_under_dead_load_it_is_friction_of_the_same_values(corner: float) -> Non
     )
 
 
-def test_a_sharp_slider_follows_the_load_only_while_it_slides() -> None:
+def test_a_sharp_slider_is_a_spring_while_it_sticks() -> None:
     """Exact solution by a return mapping (Simo & Hughes 1998): stuck, it is a spring of the stiffness under dead load;
     sliding, its force is μ N. 2 %: the share by which a corner of 100 is not quite sharp."""
     t = np.arange(1200) / RATE
