@@ -45,6 +45,24 @@ def load_friction(p, s, s1, step, past):
     return (1.0 + step.vertical) * sliding(p, s, s1, step)
 
 
+def sharp_friction(p, s, s1, step, past):
+    """A spring until the friction bounds its force (return mapping, Simo & Hughes 1998). State: share of the force."""
+    return stuck(p, s, s1, step, 1.0)
+
+
+def sharp_load_friction(p, s, s1, step, past):
+    """The same where the vertical load of each instant moves the bound."""
+    return stuck(p, s, s1, step, max(1.0 + step.vertical, 0.0))
+
+
+@njit
+def stuck(p, s, s1, step, load):
+    fast, lost, sharp, length = p[0], p[1], p[2], p[3]
+    bound = load * (1.0 - lost * math.exp(-sharp * abs(step.v)))
+    s1[0] = max(-bound, min(bound, s[0] + (step.u - step.u0) / length))
+    return fast * s1[0]
+
+
 def smooth_friction(p, s, s1, step, past):
     return p[0] * math.tanh(step.v / p[1])
 
@@ -208,8 +226,8 @@ LAWS = (
     *(
         Law(
             name,
-            name,
-            "same",
+            name.removesuffix("_sharp"),
+            "another" if name.endswith("_sharp") else "same",
             advance,
             lambda layer, rng: {
                 "fast": layer.peak_force * SHARE,
@@ -221,7 +239,12 @@ LAWS = (
             states=1,
             needs=needs,
         )
-        for name, advance, needs in (("friction", friction, ()), ("load_friction", load_friction, ("vertical",)))
+        for name, advance, needs in (
+            ("friction", friction, ()),
+            ("friction_sharp", sharp_friction, ()),
+            ("load_friction", load_friction, ("vertical",)),
+            ("load_friction_sharp", sharp_load_friction, ("vertical",)),
+        )
     ),
     Law(
         "smooth_friction",
