@@ -1,10 +1,10 @@
 """Sliding friction under a vertical load that changes: Constantinou, Mokha & Reinhorn (1990), friction by speed.
 
-The coefficient falls with the pressure, and a part of the friction may carry no load: how much of the load's change the
-force follows is thus a parameter, 1 for a constant coefficient. The slip is that of friction which does not follow the
-load, from round to sharp. With a round corner the load multiplies the force at every instant. The sharper the corner,
-the more the load moves the bound of the force instead: a sharp slider that sticks is a spring, whatever the load (Simo
-& Hughes 1998).
+The damper may already hold the friction under dead load, and the coefficient falls with the pressure: the force under
+dead load and its change with the load are thus two parameters. They are equal for a constant coefficient. The slip is
+that of friction which does not follow the load, from round to sharp. With a round corner the load multiplies the force
+at every instant. The sharper the corner, the more the load moves the bound of the force instead: a sharp slider that
+sticks is a spring, whatever the load (Simo & Hughes 1998).
 """
 
 from math import exp
@@ -21,17 +21,17 @@ Kutta is stable from 0.36 on; below, the derivatives by the parameters grow wher
 AT_BOUND = 1e-3
 """1/s: where the variable nears its bound more slowly, rounding must not decide whether that is too fast."""
 LIFTED = 1e-6
-"""Share of the strength that is left to a bearing without load, so that its bound is not zero. A choice."""
+"""Load, over the dead load, by which the bound of a bearing without load is not zero. A choice."""
 FURTHEST = 10.0
 """Ratio of the variable to its bound above which the return is no faster: its power must stay finite. A choice."""
 
 
 def law(v, axial_load, step, z_l, sliding, following, share, a, slip, corner):
     speed = abs(v)
-    pressed = max(1.0 + following * (max(axial_load, 0.0) - 1.0), LIFTED)
     strength = 1.0 - share * exp(-a * speed)
-    scale = strength ** (ROUND / corner) * pressed ** min(1.0, STILL_ROUND / corner)
-    bound = strength * pressed / scale
+    scale = strength ** (ROUND / corner)
+    moved = max(axial_load, LIFTED) ** (1.0 - min(1.0, STILL_ROUND / corner))
+    bound = strength / scale * moved
     along = z_l if v >= 0.0 else -z_l
     bend = min(along / bound, FURTHEST) ** corner if along > 0.0 else 0.0
     rate = speed / slip * (1.0 - bend)
@@ -40,7 +40,8 @@ def law(v, axial_load, step, z_l, sliding, following, share, a, slip, corner):
     is_steep = corner * speed * shortest > slip * bound
     if abs(rate) > abs(nearing) or (is_steep and abs(nearing) < AT_BOUND):
         rate = nearing
-    return sliding * scale * z_l, rate if v >= 0.0 else -rate
+    fast = sliding + following * (max(axial_load, 0.0) - 1.0)
+    return fast / moved * scale * z_l, rate if v >= 0.0 else -rate
 
 
 EFFECT = Effect(
@@ -48,21 +49,21 @@ EFFECT = Effect(
     law=law,
     kind="sliding",
     states=("z_l",),
-    linear=("sliding",),
+    linear=("sliding", "following"),
     special={"following": 0.0},
     open_ended=("corner",),
     parameters=(
         Parameter("sliding", "N", (0.0, 1e9), LogNormal(1e6, 1.5), "force while sliding fast under dead load"),
-        Parameter("following", "1", (0.0, 10.0), Normal(1.0, 0.5), "its relative change over that of the load"),
+        Parameter("following", "N", (0.0, 1e9), LogNormal(1e6, 1.5), "its change over the relative change of the load"),
         Parameter("share", "1", (-0.5, 0.99), Normal(0.3, 0.3), "share of it that is missing in slow sliding"),
         Parameter("a", "s/m", (1.0, 500.0), LogNormal(30.0, 1.0), "rate at which it grows with the speed"),
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which sliding begins"),
         Parameter("corner", "1", (1.0, 100.0), LogNormal(2.0, 1.0), "sharpness of that: 2 is round, from 10 on sharp"),
     ),
-    absent={"sliding": 0.0},
+    absent={"sliding": 0.0, "following": 0.0},
     family="vertical load",
-    explanation="Sliding friction: {sliding} at high speed under dead load, which changes by {following:.2f} % for "
-    "each percent of change in the vertical load; less by a share of {share:.2f} at low speed.",
+    explanation="Sliding friction: {sliding} at high speed under dead load, and {following} times the relative change "
+    "of the vertical load; less by a share of {share:.2f} at low speed.",
     suspect_when="The force has ripples at the frequencies of the vertical motion, of the same height at any "
     "displacement, and they change their sign with the velocity.",
     source="Constantinou, Mokha & Reinhorn (1990): friction by vertical load, speed and pressure; Wen (1976) for the "

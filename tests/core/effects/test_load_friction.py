@@ -8,20 +8,20 @@ from excitations import TURN, Excitation, equal_cycles, layer_force, usual_value
 
 from core.model.isolator import Conditions
 
-SLIDING, FOLLOWING, SHARE, RATE, A = 1e6, 0.8, 0.4, 400.0, 20.0
-"""N, 1, 1, Hz and s/m."""
+SLIDING, FOLLOWING, SHARE, RATE, A = 1e6, 8e5, 0.4, 400.0, 20.0
+"""N, N, 1, Hz and s/m."""
 VALUES = usual_values("load_friction", sliding=SLIDING, following=FOLLOWING, share=SHARE, a=A, slip=1e-4)
 
 
 @pytest.mark.parametrize("speed", [0.1, -0.3])
 def test_the_force_follows_the_load_at_every_instant(speed: float) -> None:
-    """μ(v) N(t), after the slip; the load swings by half of the weight, and the force by 0.8 of this."""
+    """μ(v) N(t), after the slip; the load swings by half of the weight."""
     t = np.arange(800) / RATE
     load = 1.0 + 0.5 * np.sin(3 * TURN * t)
     given = Excitation(
         RATE, speed * t, np.full(t.size, speed), replace(Conditions.usual(t.size, RATE), axial_load=load)
     )
-    exact = np.sign(speed) * SLIDING * (1.0 + FOLLOWING * (load - 1.0)) * (1.0 - SHARE * np.exp(-A * abs(speed)))
+    exact = np.sign(speed) * (SLIDING + FOLLOWING * (load - 1.0)) * (1.0 - SHARE * np.exp(-A * abs(speed)))
     force = layer_force({"load_friction": VALUES}, given)
     slid = np.abs(given.displacement) > 5e-2  # it nears its bound by a quarter in every step
     assert force[slid] == pytest.approx(exact[slid], rel=1e-6)
@@ -29,12 +29,11 @@ def test_the_force_follows_the_load_at_every_instant(speed: float) -> None:
 
 @pytest.mark.parametrize("corner", [2.0, 100.0])
 def test_no_force_acts_while_the_bearing_is_lifted(corner: float) -> None:
-    """None that matters: a few millionths, by which the law stays finite."""
     given = equal_cycles(RATE, count=1)
     lifted = replace(given, conditions=replace(given.conditions, axial_load=np.full(given.velocity.size, -0.2)))
-    sliding = {**VALUES, "following": 1.0, "corner": corner}
+    sliding = {**VALUES, "following": SLIDING, "corner": corner}
     force = layer_force({"load_friction": sliding}, lifted)
-    assert np.abs(force).max() <= 5e-6 * SLIDING
+    assert np.abs(force).max() == 0.0
 
 
 @pytest.mark.parametrize("corner", [2.0, 30.0])
@@ -55,7 +54,7 @@ def test_a_sharp_slider_is_a_spring_while_it_sticks() -> None:
     velocity = np.where(t < 0.5, 2e-3, np.where(t < 1.0, 0.0, 0.05))
     load = 1.0 + 0.4 * np.sin(5 * TURN * t)
     given = Excitation(RATE, displacement, velocity, replace(Conditions.usual(t.size, RATE), axial_load=load))
-    sharp = {**VALUES, "following": 1.0, "share": 0.0, "slip": 2e-3, "corner": 100.0}
+    sharp = {**VALUES, "following": SLIDING, "share": 0.0, "slip": 2e-3, "corner": 100.0}
     force = layer_force({"load_friction": sharp}, given)
     stuck, sliding = t < 0.99, displacement > 6e-3
     assert force[stuck] == pytest.approx(SLIDING * displacement[stuck] / 2e-3, abs=0.02 * SLIDING)
