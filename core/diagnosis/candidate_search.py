@@ -49,7 +49,7 @@ LONGEST_SLIP = 1.5e-3
 describes both where they have corners and the speed does not matter. A choice."""
 FASTEST_FADING = 0.14
 """m/s: up to this, a force of sliding may fade with the speed as it does when sliding begins (Armstrong-Hélouvry et al.
-1994: from less than a millimetre to a decimetre per second, which a fit may miss by a little); from then on it hardly
+1994: from less than a millimetre to a decimetre per second; a fit may exceed this slightly). Above it the force hardly
 fades, and is rather friction that does not. In benchmarks.diagnosis, break-away friction was fitted with up to
 0.115 m/s, and such a force in the place of friction with 0.17 to 0.22 m/s."""
 WIDE = 4.0

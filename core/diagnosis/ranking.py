@@ -277,24 +277,31 @@ def _searched(
         seen = _from_known(seen, base, known)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
-    models = {places[0].effect: [place.model for place in places] for places in promising}
-    fits = search_in_parallel(data, models, [effect for effect in models if yields_beside(effect)])
-    return seen, dict(fits)
+    return seen, _fits(data, promising)
 
 
 def _beside_the_damper(data: FitData, seen: Sequence[tuple[ScoreTest, ...]], fits: Mapping[str, Fit]) -> dict[str, Fit]:
     """Fits of the forces that yield beside the damper and were not promising: a damper that was fitted without one has
     taken on a part of it, so that its score test may promise little of what it explains."""
     others = [places for places in seen if yields_beside(places[0].effect) and places[0].effect not in fits]
-    models = {places[0].effect: [place.model for place in places] for places in others}
-    return dict(search_in_parallel(data, models, list(models)))
+    return _fits(data, others)
+
+
+def _fits(data: FitData, every: Sequence[Sequence[ScoreTest]]) -> dict[str, Fit]:
+    """Best fit of each effect from its places."""
+    models = {places[0].effect: [place.model for place in places] for places in every}
+    return dict(search_in_parallel(data, models, [effect for effect in models if yields_beside(effect)]))
+
+
+def _usual(fits: Mapping[str, Fit]) -> dict[str, Fit]:
+    """Fits that did not diverge, of effects whose lengths are usual."""
+    usual = {name: fit for name, fit in fits.items() if unusual_length(name, fit.model) is None}
+    return {name: fit for name, fit in usual.items() if fit.outcome is not Outcome.DIVERGED}
 
 
 def _is_explained(data: FitData, base: Fit, fits: Mapping[str, Fit], floor: Vector) -> bool:
     """True if the model, or one of the fits with a usual length, leaves no more than noise."""
-    usual = [fit for name, fit in fits.items() if unusual_length(name, fit.model) is None]
-    finite = [fit for fit in usual if fit.outcome is not Outcome.DIVERGED]
-    return min(noise_ratio(data, fit, floor) for fit in (base, *finite)) <= EXPLAINED
+    return min(noise_ratio(data, fit, floor) for fit in (base, *_usual(fits).values())) <= EXPLAINED
 
 
 def _worth_trying(
@@ -308,9 +315,7 @@ def _worth_trying(
     contain = [name for name in contain if is_excited(name, data.observations)]
     if not _is_explained(data, base, fits, floor):
         return contain
-    usual = [name for name, fit in fits.items() if unusual_length(name, fit.model) is None]
-    finite = [name for name in usual if fits[name].outcome is not Outcome.DIVERGED]
-    best = min(finite, key=lambda name: fits[name].chi_square, default=None)
+    best = min(_usual(fits), key=lambda name: fits[name].chi_square, default=None)
     return [] if best is None else [name for name in contain if are_peers(name, best) or _both_slide(name, best)]
 
 
@@ -392,7 +397,7 @@ def are_peers(contains: str, simple: str) -> bool:
 
 
 def _both_slide(one: str, other: str) -> bool:
-    """True for two laws of sliding: one may hardly leave more than the other where the load changes little."""
+    """True if both laws slide. Where the vertical load changes little, both leave nearly the same error."""
     return EFFECTS[one].kind == EFFECTS[other].kind == "sliding"
 
 

@@ -256,9 +256,9 @@ def _slopes(lines: _Lines, columns: ComplexMatrix, changes: ComplexMatrix, unkno
 def _each_floor(
     lines: _Lines, columns: ComplexMatrix, unknown: Matrix
 ) -> Iterator[tuple[ComplexVector, ComplexVector, Vector, ComplexVector]]:
-    """Of every floor: (lines,) the residual in standard deviations of the noise; what its sensor recorded, its clock
-    corrected; the standard deviation; and the factor by which a change of what is expected changes, with its real part,
-    the logarithm of that."""
+    """Four (lines,) series of each floor: the residual in standard deviations of the noise; the recorded spectrum with
+    its clock corrected; the standard deviation; and the derivative of its logarithm by the expected spectrum. A change
+    of the expected spectrum times this derivative has the change of the logarithm as its real part."""
     ω, base = 2 * np.pi * lines.frequency, np.maximum(np.abs(lines.base[0]) ** 2, np.finfo(float).tiny)
     for own, lag, power, (*shares, delay, slow) in zip(lines.floors, lines.lag, lines.noise[1:], unknown, strict=True):
         expected = np.array(shares) @ columns

@@ -13,8 +13,19 @@ SLIDING, FOLLOWING, SHARE, RATE, A = 1e6, 8e5, 0.4, 400.0, 20.0
 VALUES = usual_values("load_friction", sliding=SLIDING, following=FOLLOWING, share=SHARE, a=A, slip=1e-4)
 
 
-@pytest.mark.parametrize("speed", [0.1, -0.3])
-def test_the_force_follows_the_load_at_every_instant(speed: float) -> None:
+@pytest.mark.parametrize(
+    ("speed", "from_here"),
+    [
+        (0.1, 1e-2),
+        pytest.param(
+            -0.3,
+            1e-2,
+            marks=pytest.mark.xfail(strict=True, reason="6e-5 off: it nears its bound by a fifth in every step"),
+        ),
+        (-0.3, 5e-2),
+    ],
+)
+def test_the_force_follows_the_load_at_every_instant(speed: float, from_here: float) -> None:
     """μ(v) N(t), after the slip; the load swings by half of the weight."""
     t = np.arange(800) / RATE
     load = 1.0 + 0.5 * np.sin(3 * TURN * t)
@@ -23,7 +34,7 @@ def test_the_force_follows_the_load_at_every_instant(speed: float) -> None:
     )
     exact = np.sign(speed) * (SLIDING + FOLLOWING * (load - 1.0)) * (1.0 - SHARE * np.exp(-A * abs(speed)))
     force = layer_force({"load_friction": VALUES}, given)
-    slid = np.abs(given.displacement) > 5e-2  # it nears its bound by a quarter in every step
+    slid = np.abs(given.displacement) > from_here
     assert force[slid] == pytest.approx(exact[slid], rel=1e-6)
 
 

@@ -37,6 +37,18 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
 
 
+@pytest.mark.parametrize("quantity", range(3))
+def test_the_std_of_each_quantity_is_that_of_its_errors(quantity: int) -> None:
+    """Gain, delay and rate of delay: 100 errors of one floor over their std have a root mean square of 1 ± 0.07; three
+    times that is allowed."""
+    scores = []
+    for seed in range(100):
+        agreement = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(seed), 0.1, NOTHING), RATE)
+        assert agreement is not None
+        scores.append(agreement.value[quantity] / np.sqrt(agreement.covariance[quantity, quantity]))
+    assert 0.79 < np.sqrt(np.mean(np.square(scores))) < 1.21
+
+
 @settings(max_examples=15, deadline=None)
 @given(
     st.tuples(*[st.floats(-0.25, 0.25), st.floats(-0.04, 0.04), st.floats(-1e-3, 1e-3)] * 2),

@@ -57,6 +57,7 @@ def sharp_load_friction(p, s, s1, step, past):
 
 @njit
 def stuck(p, s, s1, step, load):
+    """Return mapping: a spring whose force the friction under a load bounds."""
     fast, lost, sharp, length = p[0], p[1], p[2], p[3]
     bound = load * (1.0 - lost * math.exp(-sharp * abs(step.v)))
     s1[0] = max(-bound, min(bound, s[0] + (step.u - step.u0) / length))
