@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "models" / "diagnosis.md"
 ROWS = ROOT / "build" / "diagnosis.jsonl"
 PROCESSES = 2
-CHOOSING, REPORTED = 0, 301
+CHOOSING, REPORTED = 0, 501
 """First seeds of the trials by which thresholds are chosen, and of those on the page; the next is larger by two."""
 
 

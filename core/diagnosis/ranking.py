@@ -42,9 +42,9 @@ WORTH = 0.06
 """Smallest share of the residual's power that a supported candidate must explain, however certain it is. Chosen on even
 seeds of benchmarks.diagnosis."""
 FELT = 0.05
-"""The same of the force in N, over its noise: the residual of a superstructure's mode at its frequency may be far above
-the noise there, and is nothing to the layer. Chosen on even seeds up to 4 of benchmarks.diagnosis: where nothing is
-hidden, a mass on a spring took up to 0.031."""
+"""The same of the force in N, over its noise, and of the noise's power where less than the noise is left: the residual
+of a superstructure's mode at its frequency may be far above the noise there, and is nothing to the layer. Chosen on
+even seeds up to 4 of benchmarks.diagnosis: where nothing is hidden, a mass on a spring took up to 0.031."""
 ALIKE_DIGITS = 6
 """Decimals of ΔBIC that count in the order of candidates; below lie rounding errors. Chosen on even seeds of
 benchmarks.diagnosis."""
@@ -137,7 +137,8 @@ class Ranking:
 
     def _is_worth_it(self, one: ScoredCandidate) -> bool:
         before, after = (float(np.sum((self.left(fit) / self.floor) ** 2)) for fit in (self.base, one.fit))
-        return one.fit.chi_square <= (1 - WORTH) * self.base.chi_square and after <= (1 - FELT) * before
+        is_felt = before - after >= FELT * max(before, self.floor.size)
+        return is_felt and one.fit.chi_square <= (1 - WORTH) * self.base.chi_square
 
 
 class Rankings:

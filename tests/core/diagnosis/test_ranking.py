@@ -49,14 +49,15 @@ def leaving(share: Vector | float) -> Fit:
     return replace(base(), residual=residual, chi_square=float(residual @ residual))
 
 
-def ranking(*candidates: ScoredCandidate, data: FitData | None = None) -> Ranking:
+def ranking(*candidates: ScoredCandidate, data: FitData | None = None, louder: float = 1.0) -> Ranking:
+    """A ranking of a record whose noise is so much stronger in the force than in the data."""
     data = data or seen()
-    floor = np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in data.whitenings])
+    floor = np.array([louder * np.linalg.norm(w.std) / np.sqrt(w.count) for w in data.whitenings])
     return Ranking(base(), candidates, data, 1.0, floor)
 
 
-def supported(*candidates: ScoredCandidate, data: FitData | None = None) -> list[str]:
-    return [one.effect for one in ranking(*candidates, data=data).supported]
+def supported(*candidates: ScoredCandidate, data: FitData | None = None, louder: float = 1.0) -> list[str]:
+    return [one.effect for one in ranking(*candidates, data=data, louder=louder).supported]
 
 
 @pytest.mark.parametrize(("removed", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
@@ -80,6 +81,13 @@ def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
     assert left**2 > (1 - FELT) * before**2
     assert supported(quiet, data=data) == []
     assert supported(quiet) == ["resonator"], "the same of a force that is as loud there as below"
+
+
+def test_what_takes_much_of_a_residual_far_below_the_noise_is_not_felt() -> None:
+    half = ScoredCandidate("maxwell", leaving(0.5), -1e4)
+    louder = np.sqrt(0.5 / FELT)
+    assert supported(half, louder=0.9 * louder) == ["maxwell"]
+    assert supported(half, louder=1.1 * louder) == []
 
 
 def test_the_set_holds_what_is_as_good_as_the_best_and_what_leaves_as_little() -> None:
