@@ -4,7 +4,7 @@
     python -m benchmarks.diagnosis --quick      a few, onto the screen
 
 Needs `pip install '.[test]'`. Every trial is kept in a file as it is done, so that a run that was stopped goes on where
-it was. Thresholds were chosen on even seeds. The page reports odd ones from 301 on; smaller ones were looked at while
+it was. Thresholds were chosen on even seeds. The page reports odd ones from 501 on; smaller ones were looked at while
 the diagnosis was written.
 """
 

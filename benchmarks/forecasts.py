@@ -72,7 +72,7 @@ CASES = (
     "stiffness_step_break",
     "stiffness_step_decay",
     "power_viscous_two_slopes",
-    "power_viscous_eyring",
+    "logarithmic_viscous",
     "relief_smooth",
     "maxwell_ladder",
     "displacement_damping_straight",

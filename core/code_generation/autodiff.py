@@ -35,6 +35,7 @@ PARTIAL_DERIVATIVES: Mapping[Callable[..., Any], tuple[str, ...]] = MappingProxy
         math.tan: ("(1.0 + {y} * {y})",),
         math.atan: ("1.0 / (1.0 + {0} * {0})",),
         math.sinh: ("math.cosh({0})",),
+        math.asinh: ("1.0 / math.sqrt(1.0 + {0} * {0})",),
         math.cosh: ("math.sinh({0})",),
         math.tanh: ("(1.0 - {y} * {y})",),
         math.copysign: ("math.copysign(1.0, {0}) * math.copysign(1.0, {1})", "0.0"),

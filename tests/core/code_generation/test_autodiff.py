@@ -164,7 +164,7 @@ def remaining(x: float) -> float:
             looping,
             r"test_autodiff.py, line \d+: `for _ in range\(3\):\s.*: a law may contain assignments, `if` and `return`",
         ),
-        (calling, r"`np.sinc`: cannot be differentiated; \+ - \* / \*\* and abs, atan, .* of module math can"),
+        (calling, r"`np.sinc`: cannot be differentiated; \+ - \* / \*\* and abs, asinh, atan, .* of module math can"),
         (remaining, "`x % 2.0`: cannot be differentiated"),
         (taking, "`part_1`: names that begin with change_of_ or part_ are reserved"),
         (lambda x: x, "is no `def`; write it as one"),

@@ -24,6 +24,11 @@ def eyring(p, s, s1, step, past):
     return p[0] * math.asinh(step.v / p[1])
 
 
+def cross(p, s, s1, step, past):
+    """A dashpot that thins beyond p[1] as the fluid of Cross (1965), by the power p[2]."""
+    return p[0] * step.v / p[1] / (1.0 + (abs(step.v) / p[1]) ** p[2])
+
+
 def relief(p, s, s1, step, past):
     """Beyond p[1] the share p[0] of a dashpot p[2] is gone."""
     return -p[0] * p[2] * math.copysign(max(abs(step.v) - p[1], 0.0), step.v)
@@ -156,9 +161,21 @@ LAWS = (
         ("force",),
     ),
     Law(
-        "power_viscous_eyring",
+        "power_viscous_cross",
         "power_viscous",
         "another",
+        cross,
+        lambda layer, rng: {
+            "force": layer.peak_force * 0.05,
+            "thins": layer.speed * rng.uniform(0.02, 0.3),
+            "power": rng.uniform(0.4, 0.8),
+        },
+        ("force",),
+    ),
+    Law(
+        "logarithmic_viscous",
+        "logarithmic_viscous",
+        "same",
         eyring,
         lambda layer, rng: {"force": layer.peak_force * 0.02, "slow": layer.speed * 10 ** rng.uniform(-2.5, -1.0)},
         ("force",),
