@@ -6,7 +6,8 @@ and the service all call these.
 
 from core.workbench.added_sensors import AddedSensors, added_sensors
 from core.workbench.comparing import ComparisonResult, compare
-from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.diagnosing import diagnose
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes
 from core.workbench.fitting import FitResult, fit
 from core.workbench.forecasting import ForecastResult, forecast

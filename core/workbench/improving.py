@@ -25,7 +25,8 @@ from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
 from core.workbench.cross_validation import Beyond, Validated, beyond_range, can_validate, is_exhausted, validated
-from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
+from core.workbench.diagnosing import NONE_TO_FIT, diagnose
+from core.workbench.diagnosis_result import DiagnosisResult, last_fit
 from core.workbench.earthquakes import Earthquakes, Version, helps, model_errors, peak
 from core.workbench.fitting import deviations, fit_sentences, readable
 from core.workbench.out_of_range import BEYOND

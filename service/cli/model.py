@@ -255,7 +255,7 @@ def diagnose(
 def _end_with_faults(building: str, records: "Earthquakes", json: Path | None) -> None:
     """End the command without usable records; faults of the sensors, if there are any, are the diagnosis."""
     from core.diagnosis.building_faults import building_faults
-    from core.workbench.diagnosing import fault_sentences
+    from core.workbench.diagnosis_result import fault_sentences
     from service.models.documents import diagnosis_without_records
     from service.models.results import as_json
 

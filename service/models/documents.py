@@ -11,7 +11,7 @@ from core.diagnosis.missing_effects import Diagnosis, Outcome
 from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.workbench.comparing import ComparisonResult
-from core.workbench.diagnosing import DiagnosisResult, fault_sentences, first_cause
+from core.workbench.diagnosis_result import DiagnosisResult, fault_sentences, first_cause
 from core.workbench.directions import DirectionDiagnosis, only_in_one
 from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, ModelErrors, Version
 from core.workbench.fitting import FitResult

@@ -13,7 +13,7 @@ from core.description import BuildingDescription
 from core.errors import CoreError, RecordError
 from core.record import Direction
 from core.workbench.comparing import ComparisonResult
-from core.workbench.diagnosing import DiagnosisResult
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, Recording, analysed, joined
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult

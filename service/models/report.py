@@ -6,7 +6,7 @@ from dataclasses import replace
 from core.forecasting.response import Forecast
 from core.tables import Table
 from core.workbench.comparing import ComparisonResult, force_table, levels_of, outer_levels, prediction_table
-from core.workbench.diagnosing import BRIEF, DiagnosisResult, candidate_table
+from core.workbench.diagnosis_result import BRIEF, DiagnosisResult, candidate_table
 from core.workbench.fitting import FitResult
 from core.workbench.forecasting import forecast_sentences, forecast_table
 from core.workbench.improving import ExtensionResult, ImprovementResult, left_out_tables

@@ -133,7 +133,7 @@ class ModelDiagnosis(Base):
     analyses: Mapped[list[int]]
     """Numbers of the analyses of all of them."""
     outcome: Mapped[str]
-    """Outcome, see core.workbench.diagnosing."""
+    """Outcome, see core.workbench.diagnosis_result."""
     sentences: Mapped[list[str]]
     """The same and more, in words."""
     document: Mapped[dict[str, Any]] = mapped_column(deferred=True)

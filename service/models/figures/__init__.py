@@ -1,7 +1,7 @@
 """Figures of comparisons and diagnoses."""
 
 from core.workbench.comparing import ComparisonResult
-from core.workbench.diagnosing import DiagnosisResult
+from core.workbench.diagnosis_result import DiagnosisResult
 from service.documents.document import Figure
 from service.models.figures.corrections import candidates, stiffness_over_amplitude, yield_over_travel
 from service.models.figures.histories import histories, loop, strongest_of

@@ -17,7 +17,7 @@ from core.diagnosis.building_faults import FLOOR_SHARE, TOTAL_MASS
 from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.sensor_faults import BuildingFault, Cause
 from core.workbench.correcting import corrected_copy
-from core.workbench.diagnosing import decisive_cause, fault_sentences
+from core.workbench.diagnosis_result import decisive_cause, fault_sentences
 from core.workbench.earthquakes import EPOCH, Earthquakes, Recording, analysed, joined
 
 SETTINGS = AnalysisSettings(estimator="cms")

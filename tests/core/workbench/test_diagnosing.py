@@ -10,7 +10,8 @@ from synthetic_observations import BOUC_WEN, observations
 
 from core.model.isolator import Isolator
 from core.workbench.candidates import stages
-from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.diagnosing import diagnose
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.texts import unseen
 
 TEMPERATURES = {"temperature_strength": {"strengthening": 0.01}, "temperature_stiffness": {"stiffening": 0.006}}

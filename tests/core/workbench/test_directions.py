@@ -15,7 +15,8 @@ from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.paper import ISOLATOR
 from core.record import Direction
-from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.diagnosing import diagnose
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes, Recording, analysed, joined
 
 OFFERED = ("friction", "hardening", "power_viscous")

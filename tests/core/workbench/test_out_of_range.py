@@ -8,7 +8,8 @@ from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.missing_effects import Outcome
 from core.model.isolator import Isolator
-from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.diagnosing import diagnose
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes, model_errors
 from core.workbench.out_of_range import out_of_range, range_sentences
 

@@ -5,7 +5,8 @@ from records_from_observations import records_from_observations
 from synthetic_observations import BOUC_WEN, observations
 
 from core.model.isolator import Isolator
-from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.diagnosing import diagnose
+from core.workbench.diagnosis_result import DiagnosisResult
 
 STEEL = {"F_m": 2e6, "D_m": 4e-3, "R_0": 15.0}
 SENTENCE = (

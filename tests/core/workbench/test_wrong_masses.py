@@ -10,7 +10,8 @@ from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.building_faults import FLOOR_SHARE
 from core.model.isolator import Isolator
-from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.diagnosing import diagnose
+from core.workbench.diagnosis_result import DiagnosisResult
 
 PEAKS = (0.01, 0.08, 0.03, 0.05)
 OFFERED = ("hardening", "inerter", "asymmetry", "resonator")

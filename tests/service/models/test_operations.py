@@ -21,7 +21,7 @@ from core.diagnosis.sensor_faults import BuildingFault, Cause
 from core.diagnosis.worth import NoiseRatios, worth
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
-from core.workbench.diagnosing import DiagnosisResult
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.earthquakes import Version, lowers
 from core.workbench.improving import ImprovementResult
 from service.documents.document import Figure

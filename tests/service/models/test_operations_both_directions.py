@@ -14,7 +14,7 @@ from rich.console import Console
 from core.diagnosis.missing_effects import Outcome
 from core.model.isolator import Isolator
 from core.paper import BUILDING
-from core.workbench.diagnosing import DiagnosisResult
+from core.workbench.diagnosis_result import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes
 from service.documents.html import page
 from service.documents.text import printed
