@@ -36,7 +36,6 @@ from core.diagnosis.ranking import Dropped, Ranking, Rankings, ranked
 from core.diagnosis.unexplained import ABOVE_COLOURED, ABOVE_FLOOR, Unexplained, unexplained
 from core.diagnosis.worth import Judge, NoiseRatios, Worth, worth
 from core.effects import EFFECTS
-from core.errors import RecordError
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, check_motion
 from core.fitting.observation import Observation
@@ -181,8 +180,6 @@ def diagnosed(
         RecordError: no observation, or none with motion and force.
         ModelError: a model's force grew beyond all bounds.
     """
-    if not observations:
-        raise RecordError("no earthquake is left for the diagnosis; give one that was analysed in this direction")
     check_motion(observations)
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     allowed_effects = sorted(EFFECTS if effects is None else effects)

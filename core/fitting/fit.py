@@ -227,11 +227,9 @@ def weighted_fit(observations: Sequence[Observation], model: Isolator, zero: Col
         zero: parameters that the force is proportional to, and that are and stay 0.
 
     Raises:
-        RecordError: there are no observations.
+        RecordError: there are no observations, or the layer does not move in any.
         ModelError: the model's force diverged.
     """
-    if not observations:
-        raise RecordError("no earthquake is left to fit to; add one that is not held out and has force and motion")
     check_motion(observations)
     weighted = reweighted_fit(FitData.by_noise(sorted(observations, key=lambda one: one.start)), model, zero)
     weighted.data.memory.clear()
@@ -239,7 +237,9 @@ def weighted_fit(observations: Sequence[Observation], model: Isolator, zero: Col
 
 
 def check_motion(observations: Sequence[Observation]) -> None:
-    """Raise RecordError if the layer does not move in any of these records, or has no force in any."""
+    """Raise RecordError if there is no record, or the layer does not move, or has no force, in any of them."""
+    if not observations:
+        raise RecordError("no earthquake is left to fit to; add one that is not held out and has force and motion")
     layers = [one.layer for one in observations]
     if not any(np.ptp(layer.displacement) and layer.force.any() for layer in layers):
         raise RecordError(

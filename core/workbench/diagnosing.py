@@ -11,7 +11,6 @@ from dataclasses import replace
 from core.diagnosis.building_faults import building_faults
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed, outcome_of
 from core.diagnosis.sensor_faults import IN_USE, BuildingFault, sensor_faults
-from core.errors import RecordError
 from core.fitting.observation import Observation
 from core.model.first_model import first_model
 from core.model.isolator import Isolator
@@ -26,9 +25,6 @@ from core.workbench.fitting import readable
 from core.workbench.out_of_range import out_of_range
 from core.workbench.progress import FINE, Progress, silent, within
 from core.workbench.searching import search_effects
-
-NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
-"""Message of an error."""
 
 
 def diagnose(
@@ -58,8 +54,6 @@ def diagnose(
         ModelError: a model's force grew beyond all bounds.
     """
     seen = corrected_copy(Earthquakes.of(earthquakes, hold_out), within(progress, 0.0, 0.1))
-    if not seen.fitted:
-        raise RecordError(NONE_TO_FIT)
     check_directions(seen, directions)
     found = search_effects(model, seen, effects, within(progress, 0.1, 0.6))
     seen, diagnosis = found.earthquakes, found.diagnosis

@@ -14,9 +14,9 @@ from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.ranking import DECISIVE, ranked
 from core.diagnosis.worth import EARNS
 from core.effects import EFFECTS
-from core.errors import ModelError, RecordError
+from core.errors import ModelError
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, weighted_fit
+from core.fitting.fit import Fit, check_motion, weighted_fit
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator, parameter
 from core.rounding import plain
@@ -25,7 +25,7 @@ from core.units import percent, quantity
 from core.workbench.candidates import AS_GIVEN, REFITTED, Candidate, candidates
 from core.workbench.comparing import counted
 from core.workbench.cross_validation import Beyond, Validated, beyond_range, can_validate, is_exhausted, validated
-from core.workbench.diagnosing import NONE_TO_FIT, diagnose
+from core.workbench.diagnosing import diagnose
 from core.workbench.diagnosis_result import DiagnosisResult, last_fit
 from core.workbench.earthquakes import Earthquakes, Version, helps, model_errors, peak
 from core.workbench.fitting import deviations, fit_sentences, readable
@@ -111,8 +111,7 @@ def add(
         ModelError: there is no such effect, the model has it, or a model's force grew beyond all bounds.
     """
     seen = Earthquakes.of(earthquakes, hold_out)
-    if not seen.fitted:
-        raise RecordError(NONE_TO_FIT)
+    check_motion(seen.fitted)
     if effect not in EFFECTS:
         raise ModelError(f"there is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}")
     if effect in model.effects:

@@ -15,8 +15,8 @@ from core.comparison.prediction import predicted_displacement
 from core.diagnosis.worth import EARNS_HELD_OUT, TESTED, excess
 from core.effect import Effect
 from core.effects import EFFECTS, add_effect, also, only
-from core.errors import ModelError, RecordError
-from core.fitting.fit import Fit, WeightedFit, weighted_fit
+from core.errors import ModelError
+from core.fitting.fit import Fit, WeightedFit, check_motion, weighted_fit
 from core.fitting.noise import force_noise, noise_rms
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
@@ -30,7 +30,6 @@ from core.sketching.texts import known_range
 from core.tables import Table, report
 from core.units import percent_in_table
 from core.workbench.comparing import counted
-from core.workbench.diagnosing import NONE_TO_FIT
 from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Version, helps, model_errors
 from core.workbench.fitting import deviations, readable
 from core.workbench.progress import Progress, silent
@@ -160,8 +159,7 @@ def sketch(
         ModelError: the name is taken or is none, or a model's force grew beyond all bounds.
     """
     seen, chosen_here = _with_one_held_out(Earthquakes.of(earthquakes, hold_out))
-    if not seen.fitted:
-        raise RecordError(NONE_TO_FIT)
+    check_motion(seen.fitted)
     if name in EFFECTS or not name.isidentifier():
         raise ModelError(
             f"an effect cannot be called {name!r}: choose an unused name of letters, digits and _, no digit first"
