@@ -130,7 +130,7 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
 
     The force is estimated from masses and accelerations. Its error is a mass that is wrong times an acceleration: that
     of the slab, as if by a rigid mass, or that of a floor, as if by masses on springs with all modes of the
-    superstructure.
+    superstructure. Identified modes outside the range of the effect's values are brought within it.
     """
     about = EFFECTS[effect]
     if "ground" not in about.needs or {one.name for one in about.parameters} != RIGID.keys():
@@ -140,12 +140,14 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
     others = [key[0] != effect for key in fit.free]
     tangent = np.linalg.qr(tangents(data, fit)[others].T).Q
     rigid = _whitened(effect, RIGID, data)
-    known = [one.estimate.superstructure for one in observations if one.estimate is not None]
-    for modes in dict.fromkeys(known) or (None,):
+    superstructures = [one.estimate.superstructure for one in observations if one.estimate is not None]
+    for modes in dict.fromkeys(superstructures) or (None,):
         alike = [rigid]
         if modes is not None:
-            values = zip(modes.frequency, modes.damping_ratio, strict=True)
-            alike += [_whitened(effect, {"mass": 1.0, "frequency": f, "damping": z}, data) for f, z in values]
+            known = {"frequency": modes.frequency, "damping": modes.damping_ratio}
+            within = (np.clip(values, *parameter((effect, name)).bounds) for name, values in known.items())
+            each = zip(*within, strict=True)
+            alike += [_whitened(effect, {"mass": 1.0, "frequency": f, "damping": z}, data) for f, z in each]
         if not _is_made_of(own, np.array(alike), tangent):
             continue
         near = max(range(len(alike)), key=lambda n: (own @ alike[n]) / np.linalg.norm(alike[n]))
