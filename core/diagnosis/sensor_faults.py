@@ -1,8 +1,9 @@
 """Faults of sensors, judged by several earthquakes together.
 
-A finding of the screening counts where it recurs in half of the earthquakes or more: what fails once was mended or left
-out there. Gains and clocks are judged by all records at once (core.sensors.sensor_errors). A transducer's drift that is
-likely in half of the earthquakes is certain if the sum of its squared certainties is.
+A finding of the screening counts where it recurs in half of the earthquakes or more: what fails once was mended or
+left out there. A reversal or an exchange, which weak records do not show, counts in fewer. Gains and clocks are judged
+by all records at once (core.sensors.sensor_errors). A transducer's drift that is likely in half of the earthquakes is
+certain if the sum of its squared certainties is.
 """
 
 from collections import defaultdict
@@ -72,6 +73,10 @@ IN_USE = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
 """Faults with which a channel stays in use; an analysis corrects or excludes channels with other faults."""
 AGAIN = 0.5
 """Share of the earthquakes in which a fault comes again if it is the sensor's. A choice."""
+WIRING = frozenset({"polarity", "swap"})
+"""Faults that are there in every earthquake and show only in those that are strong at low frequencies."""
+SELDOM, TWICE = 0.25, 2
+"""The same share for these, and how often they must come at least. A choice, with seed 503 of polarity@RF in view."""
 SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
 """1, s and s/s: smaller errors do not change the conclusions."""
 CERTAIN = 4.0
@@ -107,8 +112,14 @@ def _screened(analyses: Sequence[EventAnalysis]) -> list[BuildingFault]:
     return [
         _again(channel, kind, list(findings.values()), recorded)
         for (channel, kind), findings in by_fault.items()
-        if len(findings) >= AGAIN * (recorded := len(analyses) - absent[channel])
+        if len(findings) >= _enough(kind, recorded := len(analyses) - absent[channel])
     ]
+
+
+def _enough(kind: str, recorded: int) -> float:
+    """Number of earthquakes in which a fault of the screening must come, of those that recorded the channel."""
+    usual = AGAIN * recorded
+    return min(usual, max(SELDOM * recorded, TWICE)) if kind in WIRING else usual
 
 
 def _again(channel: str, kind: str, findings: Sequence[Finding], recorded: int) -> BuildingFault:

@@ -112,3 +112,22 @@ def test_earthquakes_without_the_channel_do_not_count() -> None:
 
 def test_notes_are_no_faults() -> None:
     assert sensor_faults([analysis(None, Finding("offset", "note", "rests at 2 mm", LAYER, 0.002))], paper()) == ()
+
+
+@pytest.mark.parametrize(
+    ("kind", "found", "recorded", "is_fault"),
+    [
+        ("reversed", 1, 2, True),
+        ("reversed", 2, 5, True),
+        ("swapped", 2, 8, True),
+        ("reversed", 1, 5, False),
+        ("reversed", 2, 9, False),
+        ("dead", 2, 5, False),
+    ],
+)
+def test_wiring_that_weak_records_do_not_show_counts_in_fewer(
+    kind: str, found: int, recorded: int, is_fault: bool
+) -> None:
+    finding = Finding(kind, "fault", "moves opposite to all others", ROOF)
+    analyses = [analysis(None, finding)] * found + [analysis(None)] * (recorded - found)
+    assert bool(sensor_faults(analyses, paper())) == is_fault
