@@ -140,14 +140,14 @@ def _of_wrong_masses(effect: str, fit: Fit, observations: Sequence[Observation])
     others = [key[0] != effect for key in fit.free]
     tangent = np.linalg.qr(tangents(data, fit)[others].T).Q
     rigid = _whitened(effect, RIGID, data)
-    superstructures = [one.estimate.superstructure for one in observations if one.estimate is not None]
-    for modes in dict.fromkeys(superstructures) or (None,):
+    known = [one.estimate.superstructure for one in observations if one.estimate is not None]
+    for modes in dict.fromkeys(known) or (None,):
         alike = [rigid]
         if modes is not None:
-            known = {"frequency": modes.frequency, "damping": modes.damping_ratio}
-            within = (np.clip(values, *parameter((effect, name)).bounds) for name, values in known.items())
-            each = zip(*within, strict=True)
-            alike += [_whitened(effect, {"mass": 1.0, "frequency": f, "damping": z}, data) for f, z in each]
+            frequencies = np.clip(modes.frequency, *parameter((effect, "frequency")).bounds)
+            ratios = np.clip(modes.damping_ratio, *parameter((effect, "damping")).bounds)
+            values = zip(frequencies, ratios, strict=True)
+            alike += [_whitened(effect, {"mass": 1.0, "frequency": f, "damping": z}, data) for f, z in values]
         if not _is_made_of(own, np.array(alike), tangent):
             continue
         near = max(range(len(alike)), key=lambda n: (own @ alike[n]) / np.linalg.norm(alike[n]))

@@ -76,7 +76,7 @@ AGAIN = 0.5
 WIRING = frozenset({"polarity", "swap"})
 """Faults that are there in every earthquake and show only in those that are strong at low frequencies."""
 SELDOM, TWICE = 0.25, 2
-"""The same share for these, and how often they must come at least. A choice, with seed 503 of polarity@RF in view."""
+"""The same share for these, and the smallest number of earthquakes. A choice, with seed 503 of polarity@RF in view."""
 SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
 """1, s and s/s: smaller errors do not change the conclusions."""
 CERTAIN = 4.0
@@ -117,7 +117,7 @@ def _screened(analyses: Sequence[EventAnalysis]) -> list[BuildingFault]:
 
 
 def _enough(kind: str, recorded: int) -> float:
-    """Number of earthquakes in which a fault of the screening must come, of those that recorded the channel."""
+    """Smallest number of earthquakes with a finding that make it a fault, of those that recorded the channel."""
     usual = AGAIN * recorded
     return min(usual, max(SELDOM * recorded, TWICE)) if kind in WIRING else usual
 

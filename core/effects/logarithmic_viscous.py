@@ -3,11 +3,11 @@
 Polymers and lubricated contacts behave so over several decades of speed.
 """
 
-from math import asinh
+from math import asinh, log
 
 from core.effect import Effect, LogNormal, Parameter
 
-LOG_10 = 2.302585092994046
+LOG_10 = log(10.0)
 
 
 def law(v, increase, speed):
